@@ -1,0 +1,77 @@
+"""One family of errors; each carries its evidence and knows the exit code of the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+
+class AmbleError(Exception):
+    """Base of every error that amble raises on purpose."""
+
+    exit_code = 1
+
+
+class InputError(AmbleError):
+    """What the user gave cannot be used: a file, a name, a unit, a shape or a number."""
+
+    exit_code = 2
+
+
+class UnknownNameError(InputError):
+    """A name that does not exist; the message lists the names that do."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.kind, self.name, self.known = kind, name, tuple(known)
+        listing = ", ".join(self.known) or "none"
+        super().__init__(f"unknown {kind} '{name}'; known: {listing}")
+
+
+class WorkError(AmbleError):
+    """The work itself failed although the input was sound."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One named scalar constraint with its bounds and the value it took."""
+
+    name: str
+    lower: float
+    value: float
+    upper: float
+
+    @property
+    def violation(self) -> float:
+        """Distance of the value from the interval, zero inside; infinite for a value that is not a number."""
+        if self.value != self.value:
+            return float("inf")
+        return max(self.lower - self.value, self.value - self.upper, 0.0)
+
+    def __str__(self) -> str:
+        """Lower bound, value and upper bound in columns, then the name and the violation."""
+        return (
+            f"{self.lower:>12.5g} | {self.value:>12.5g} | {self.upper:>12.5g}   "
+            f"{self.name}   (violated by {self.violation:.3g})"
+        )
+
+
+class NotSolvedError(WorkError):
+    """A solver stopped without a solution: its status and the violated rows, worst first."""
+
+    def __init__(self, status: str, rows: Sequence[Row], shown: int = 8) -> None:
+        self.status = status
+        self.rows = tuple(sorted(rows, key=lambda row: -row.violation))
+        lines = [str(row) for row in self.rows[:shown]]
+        more = len(self.rows) - len(lines)
+        if more > 0:
+            lines.append(f"... and {more} more")
+        evidence = "\n".join(lines) if lines else "no row is violated"
+        super().__init__(f"not solved: {status}\n{evidence}")
+
+
+class FallError(WorkError):
+    """A simulated motion left the domain in which its model holds."""
+
+
+class CertificateError(WorkError):
+    """A stability certificate is refused; the message says which condition failed."""

@@ -1,0 +1,113 @@
+"""The gait: what synthesis writes, and what check, simulation, stability and metrics read. No solver is needed to use it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from amble.control import AllocationLaw, Outputs
+from amble.gait.limits import Limits
+from amble.hybrid import GaitPattern
+from amble.robot import Robot
+from amble.types import Matrix, NodeValues, Vector
+
+
+@dataclass(frozen=True)
+class DomainTrajectory:
+    """The optimised motion in one solved domain, at the collocation nodes (interval ends and middles).
+
+    Attributes:
+        name: the domain.
+        duration: s.
+        coefficients: Bezier coefficients of the outputs, (n_y, order + 1), rad.
+        times: clock at the nodes, (n,), s; the first is 0, the last the duration.
+        positions: q, (n, n_q), m and rad.
+        velocities: (n, n_q).
+        accelerations: (n, n_q).
+        torques: u, (n, n_joints), N m.
+        forces: contact forces of the stance feet in the robot's foot order, world frame, (n, 3 n_c), N.
+        impulse: contact impulse of the feet of the next stance at the end of this domain, world frame, N s; empty
+            where no foot lands.
+    """
+
+    name: str
+    duration: float
+    coefficients: Matrix
+    times: Vector
+    positions: NodeValues
+    velocities: NodeValues
+    accelerations: NodeValues
+    torques: NodeValues
+    forces: NodeValues
+    impulse: Vector
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """Outputs re-weighted for stability: y = H (y_a - y_d), y_a = (roll, pitch, yaw, joints) (theory.md, section 6).
+
+    Attributes:
+        references: solved domain -> Bezier coefficients of y_d on the closed loop's own orbit, (n_a, order + 1).
+        weights: solved domain -> H, (n_y, n_a).
+        durations: solved domain -> duration of the closed loop's own orbit, s.
+        start: the fixed point (q, v) at the entry of the first domain, (2 n_q,).
+    """
+
+    references: Mapping[str, Matrix]
+    weights: Mapping[str, Matrix]
+    durations: Mapping[str, float]
+    start: Vector
+
+
+@dataclass(frozen=True)
+class SolverReport:
+    """How a gait was found: solver status, iterations, wall time in s, problem size, largest violation, objective."""
+
+    solver: str
+    status: str
+    iterations: int
+    seconds: float
+    variables: int
+    constraints: int
+    violation: float
+    objective: float
+
+
+@dataclass(frozen=True)
+class Gait:
+    """A periodic motion with the control law that realises it.
+
+    Attributes:
+        pattern: the cyclic table of stances, with the robot.
+        outputs: controlled coordinates and Bezier order.
+        law: the allocation law of the torques.
+        speed: required mean forward velocity, m/s.
+        gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
+        limits: the bounds the gait was asked to keep.
+        domains: the motion in the solved domains.
+        solver: how it was found.
+        feedback: the stabilised outputs, where ``amble.stabilize`` has run.
+        versions: package name -> version that wrote the gait.
+    """
+
+    pattern: GaitPattern
+    outputs: Outputs
+    law: AllocationLaw
+    speed: float
+    gains: tuple[float, float]
+    limits: Limits
+    domains: tuple[DomainTrajectory, ...]
+    solver: SolverReport
+    feedback: Feedback | None
+    versions: Mapping[str, str]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that walks."""
+        return self.pattern.robot
+
+    @property
+    def period(self) -> float:
+        """Duration of one whole gait cycle, s."""
+        once = sum(domain.duration for domain in self.domains)
+        return 2.0 * once if self.pattern.mirrored else once

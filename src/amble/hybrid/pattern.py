@@ -1,0 +1,131 @@
+"""A gait pattern: the cyclic table of stance feet, from which domains, guards and resets follow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from amble.errors import InputError, UnknownNameError
+from amble.robot import Robot
+
+
+@dataclass(frozen=True)
+class Stance:
+    """One domain of a gait: its name and the feet on the ground, in the robot's foot order."""
+
+    name: str
+    feet: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Switch:
+    """What happens between two stances: feet that land (plastic impact) and feet that lift.
+
+    With a landing foot the guard is the height of the first landing foot; without one it is the normal force of the
+    first lifting foot, and the reset is the identity (paper, section 2.4).
+    """
+
+    source: Stance
+    target: Stance
+    landing: tuple[str, ...]
+    lifting: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Source and target."""
+        return f"{self.source.name}->{self.target.name}"
+
+
+@dataclass(frozen=True)
+class GaitPattern:
+    """A cyclic sequence of stances of one robot.
+
+    Attributes:
+        robot: the robot.
+        stances: all stances of one gait cycle, in order.
+        mirrored: whether the second half of the cycle is the left-right mirror of the first, so that half of the
+            stances determine the gait.
+        name: what the gait is called.
+    """
+
+    robot: Robot
+    stances: tuple[Stance, ...]
+    mirrored: bool
+    name: str = "gait"
+
+    def __post_init__(self) -> None:
+        """Check that every switch changes the stance and that the mirror holds where it is claimed."""
+        for switch in self.all_switches:
+            if not switch.landing and not switch.lifting:
+                raise InputError(f"stances '{switch.name}' have the same feet: {', '.join(switch.source.feet)}")
+        if self.mirrored:
+            self._check_mirror()
+
+    @property
+    def solved(self) -> tuple[Stance, ...]:
+        """The stances that determine the gait: the first half where the gait is mirrored, else all."""
+        return self.stances[: len(self.stances) // 2] if self.mirrored else self.stances
+
+    @property
+    def all_switches(self) -> tuple[Switch, ...]:
+        """The switches of the whole cycle, the one that leaves each stance in order."""
+        following = (*self.stances[1:], self.stances[0])
+        return tuple(_switch(a, b) for a, b in zip(self.stances, following, strict=True))
+
+    @property
+    def switches(self) -> tuple[Switch, ...]:
+        """The switches that leave the solved stances; where mirrored, the last one enters the mirrored first stance."""
+        return self.all_switches[: len(self.solved)]
+
+    def stance(self, name: str) -> Stance:
+        """Look a stance up by name."""
+        for candidate in self.stances:
+            if candidate.name == name:
+                return candidate
+        raise UnknownNameError("stance", name, [s.name for s in self.stances])
+
+    def _check_mirror(self) -> None:
+        if len(self.stances) % 2:
+            raise InputError(f"a mirrored gait has an even number of stances, not {len(self.stances)}")
+        half = len(self.stances) // 2
+        twin = self.robot.mirror.feet
+        for first, second in zip(self.stances[:half], self.stances[half:], strict=True):
+            if {twin[foot] for foot in first.feet} != set(second.feet):
+                raise InputError(
+                    f"stance '{second.name}' ({', '.join(second.feet)}) is not the mirror image of "
+                    f"'{first.name}' ({', '.join(first.feet)})"
+                )
+
+
+def gait_pattern(
+    robot: Robot, feet_down: Sequence[Sequence[str]], mirrored: bool = False, name: str = "gait"
+) -> GaitPattern:
+    """Build a pattern from a table of stance feet, one row a domain; domains are called D1, D2, ...
+
+    Args:
+        robot: the robot whose feet the table names.
+        feet_down: for each domain the feet on the ground.
+        mirrored: claim (checked) that the second half mirrors the first.
+        name: what the gait is called.
+
+    Raises:
+        UnknownNameError: where the table names a foot the robot does not have.
+        InputError: where two neighbouring rows agree, a row repeats a foot, or the claimed mirror does not hold.
+    """
+    stances = []
+    for number, row in enumerate(feet_down, start=1):
+        for foot in row:
+            if foot not in robot.foot_names:
+                raise UnknownNameError("foot", foot, robot.foot_names)
+        if len(set(row)) != len(row):
+            raise InputError(f"row {number} of the stance table repeats a foot: {', '.join(row)}")
+        stances.append(Stance(f"D{number}", tuple(foot for foot in robot.foot_names if foot in row)))
+    if len(stances) < 2:
+        raise InputError("a gait pattern needs at least two stances")
+    return GaitPattern(robot, tuple(stances), mirrored, name)
+
+
+def _switch(source: Stance, target: Stance) -> Switch:
+    landing = tuple(foot for foot in target.feet if foot not in source.feet)
+    lifting = tuple(foot for foot in source.feet if foot not in target.feet)
+    return Switch(source, target, landing, lifting)

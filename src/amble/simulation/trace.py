@@ -1,0 +1,64 @@
+"""The record of a simulated motion: samples along every domain and the events between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from amble.hybrid import HybridSystem
+from amble.types import NodeValues, Vector
+
+
+@dataclass(frozen=True)
+class Event:
+    """One passage from a domain to the next.
+
+    Attributes:
+        time: time since the start of the simulation, s.
+        transition: name of the transition.
+        before: state just before the reset, (n_x,).
+        after: state just after it, (n_x,).
+    """
+
+    time: float
+    transition: str
+    before: Vector
+    after: Vector
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A simulated motion.
+
+    Attributes:
+        system: the hybrid system that was simulated.
+        time: time of every sample, (n,), s; an event has a sample just before and one just after it.
+        clock: time since the entry of the domain, (n,), s.
+        domain: index into ``system.domains`` of every sample, (n,).
+        cycle: number of the cycle of every sample, from 0, (n,).
+        state: (n, n_x).
+        signals: the signals that the domains declare, name -> (n, width).
+        events: in order of time.
+        cycles: number of completed cycles.
+        ended: "completed", or one sentence that says why and when the motion ended early (a fall, a lost rank).
+        tolerance: relative and absolute tolerance of the integrator.
+        seconds: wall time of the simulation, s.
+    """
+
+    system: HybridSystem
+    time: Vector
+    clock: Vector
+    domain: Vector
+    cycle: Vector
+    state: NodeValues
+    signals: Mapping[str, NodeValues]
+    events: tuple[Event, ...]
+    cycles: int
+    ended: str
+    tolerance: float
+    seconds: float
+
+    @property
+    def completed(self) -> bool:
+        """Whether every cycle that was asked for was walked."""
+        return self.ended == "completed"
