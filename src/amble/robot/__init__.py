@@ -1,1 +1,8 @@
-"""robot."""
+"""Robots: records, loading from URDF, kinematics and dynamics, the left-right mirror, a catalogue."""
+
+from amble.robot import catalogue, dynamics, kinematics
+from amble.robot.loading import load_robot
+from amble.robot.mirror import Mirror
+from amble.robot.model import Foot, Joint, Link, Robot
+
+__all__ = ["Foot", "Joint", "Link", "Mirror", "Robot", "catalogue", "dynamics", "kinematics", "load_robot"]

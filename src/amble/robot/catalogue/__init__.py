@@ -1,1 +1,46 @@
-"""catalogue."""
+"""Robots that ship with the package, one file each."""
+
+from amble.errors import UnknownNameError
+from amble.robot.catalogue import astro as _astro
+from amble.robot.catalogue import astro_cad as _astro_cad
+from amble.robot.catalogue.record import Entry, GaitBounds, Posture
+from amble.robot.model import Robot
+
+_ENTRIES = {"astro": _astro.ENTRY, "astro_cad": _astro_cad.ENTRY}
+
+astro = _astro.astro
+astro_cad = _astro_cad.astro_cad
+
+
+def names() -> tuple[str, ...]:
+    """Names of the robots of the catalogue."""
+    return tuple(_ENTRIES)
+
+
+def entry(name: str) -> Entry:
+    """Return the record of a robot.
+
+    Raises:
+        UnknownNameError: the catalogue has no such robot.
+    """
+    if name not in _ENTRIES:
+        raise UnknownNameError("robot", name, _ENTRIES)
+    return _ENTRIES[name]
+
+
+def load(name: str) -> Robot:
+    """Return a robot of the catalogue by name."""
+    return entry(name).load()
+
+
+def posture(name: str) -> Posture:
+    """Return the nominal walking posture of a robot of the catalogue."""
+    return entry(name).posture
+
+
+def bounds(name: str) -> GaitBounds:
+    """Return the bounds of the builders' own gait problem for a robot of the catalogue."""
+    return entry(name).bounds
+
+
+__all__ = ["Entry", "GaitBounds", "Posture", "astro", "astro_cad", "bounds", "entry", "load", "names", "posture"]

@@ -1,0 +1,137 @@
+"""Kinematics: positions, Jacobians and velocity-dependent accelerations of point feet, as casadi expressions.
+
+Coordinates are q = (x, y, z, roll, pitch, yaw, joints); the base orientation is R = Rx(roll) Ry(pitch) Rz(yaw). Every
+function takes casadi SX, MX, DM or numpy and returns the matching casadi type.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from amble.robot.model import Robot
+from amble.robot.rotation import constant, cross, rotation_about
+
+X, Y, Z = np.eye(3)
+
+
+def base_rotation(q: Any) -> Any:
+    """Return the base orientation R = Rx(roll) Ry(pitch) Rz(yaw), base to world, (3, 3)."""
+    return ca.mtimes([rotation_about(X, q[3]), rotation_about(Y, q[4]), rotation_about(Z, q[5])])
+
+
+def angle_axes(q: Any) -> Any:
+    """Return E with body angular velocity = E (d roll, d pitch, d yaw)/dt, in base axes, (3, 3)."""
+    after_pitch = rotation_about(Z, q[5]).T
+    after_roll = ca.mtimes(rotation_about(Y, q[4]), rotation_about(Z, q[5])).T
+    return ca.horzcat(after_roll @ constant(X), after_pitch @ constant(Y), constant(Z))
+
+
+def link_poses(robot: Robot, q: Any) -> list[tuple[Any, Any]]:
+    """Return orientation (3, 3) and origin (3,) of every link in base axes, relative to the base frame."""
+    poses: list[tuple[Any, Any]] = [(ca.SX.eye(3), ca.SX(3, 1))] * len(robot.links)
+    for j in robot.ordered_joints:
+        joint = robot.joints[j]
+        rotation, origin = poses[joint.parent]
+        turned = constant(joint.rotation) @ rotation_about(joint.axis, q[6 + j])
+        poses[joint.child] = (rotation @ turned, origin + rotation @ constant(joint.translation))
+    return poses
+
+
+def link_pose(robot: Robot, link: int, q: Any) -> tuple[Any, Any]:
+    """Return orientation (3, 3) and origin (3,) of one link in the world."""
+    rotation, origin = _link_pose(robot, link)(q)
+    return rotation, origin
+
+
+def foot_position(robot: Robot, foot: str, q: Any) -> Any:
+    """Return the position of a foot in the world, (3,), m.
+
+    Raises:
+        UnknownNameError: the robot has no such foot.
+    """
+    return _foot_position(robot, robot.foot(foot).name)(q)
+
+
+def foot_jacobian(robot: Robot, foot: str, q: Any) -> Any:
+    """Return J = d position / d q of a foot, (3, n_q); columns of other legs are structurally zero.
+
+    Raises:
+        UnknownNameError: the robot has no such foot.
+    """
+    return _foot_jacobian(robot, robot.foot(foot).name)(q)
+
+
+def foot_bias(robot: Robot, foot: str, q: Any, v: Any) -> Any:
+    """Return (dJ/dt) v of a foot: its acceleration where the coordinates do not accelerate, (3,), m/s^2.
+
+    Raises:
+        UnknownNameError: the robot has no such foot.
+    """
+    return _foot_bias(robot, robot.foot(foot).name)(q, v)
+
+
+@lru_cache(maxsize=256)
+def _link_pose(robot: Robot, link: int) -> ca.Function:
+    q = ca.SX.sym("q", robot.size)
+    rotation, origin = link_poses(robot, q)[link]
+    base = base_rotation(q)
+    return ca.Function("link_pose", [q], [ca.densify(base @ rotation), ca.densify(q[:3] + base @ origin)])
+
+
+@lru_cache(maxsize=256)
+def _foot_position(robot: Robot, foot: str) -> ca.Function:
+    q = ca.SX.sym("q", robot.size)
+    return ca.Function("foot_position", [q], [ca.densify(q[:3] + base_rotation(q) @ _in_base(robot, foot, q))])
+
+
+@lru_cache(maxsize=256)
+def _foot_jacobian(robot: Robot, foot: str) -> ca.Function:
+    q = ca.SX.sym("q", robot.size)
+    rotation, arm = base_rotation(q), _in_base(robot, foot, q)
+    jacobian = ca.SX(3, robot.size)
+    jacobian[:, :3] = ca.SX.eye(3)
+    world_arm, about_roll = rotation @ arm, rotation_about(X, q[3])
+    jacobian[:, 3] = cross(ca.SX(constant(X)), world_arm)
+    jacobian[:, 4] = cross(about_roll @ constant(Y), world_arm)
+    jacobian[:, 5] = cross(rotation @ constant(Z), world_arm)
+    poses, record = link_poses(robot, q), robot.foot(foot)
+    for j in robot.chain(record.link):
+        turned, origin = poses[j + 1]
+        axis = turned @ constant(robot.joints[j].axis)
+        jacobian[:, 6 + j] = rotation @ cross(axis, arm - origin)
+    return ca.Function("foot_jacobian", [q], [ca.sparsify(jacobian)])
+
+
+@lru_cache(maxsize=256)
+def _foot_bias(robot: Robot, foot: str) -> ca.Function:
+    q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
+    record, poses = robot.foot(foot), link_poses(robot, q)
+    axes = angle_axes(q)
+    spin = axes @ v[3:6]
+    # rates of the axes' directions: d(E)/dt (roll', pitch', yaw') by the chain of three joints
+    turn = ca.jtimes(axes @ v[3:6], q[4:6], v[4:6])
+    acceleration, parent = ca.SX(3, 1), ca.SX(3, 1)
+    for j in robot.chain(record.link):
+        rotation, origin = poses[j + 1]
+        acceleration += _bias_of_arm(spin, turn, origin - parent)
+        axis = rotation @ constant(robot.joints[j].axis)
+        turn = turn + cross(spin, axis) * v[6 + j]
+        spin = spin + axis * v[6 + j]
+        parent = origin
+    acceleration += _bias_of_arm(spin, turn, _in_base(robot, foot, q) - parent)
+    return ca.Function("foot_bias", [q, v], [ca.densify(base_rotation(q) @ acceleration)])
+
+
+def _bias_of_arm(spin: ca.SX, turn: ca.SX, arm: ca.SX) -> ca.SX:
+    """Acceleration of the tip of a rigid arm relative to its root."""
+    return cross(turn, arm) + cross(spin, cross(spin, arm))
+
+
+def _in_base(robot: Robot, foot: str, q: ca.SX) -> ca.SX:
+    record = robot.foot(foot)
+    rotation, origin = link_poses(robot, q)[record.link]
+    return origin + rotation @ constant(record.offset)

@@ -1,0 +1,217 @@
+"""From a URDF file to a `Robot`: find the base, merge fixed joints, check what a dynamics needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from amble.errors import InputError, UnknownNameError
+from amble.robot.model import Foot, Joint, Link, Robot
+from amble.robot.rotation import skew, snap
+from amble.robot.urdf import FileJoint, FileLink, FileRobot, read_urdf
+from amble.types import Matrix, Vector, frozen
+
+DEFAULT_TWINS = (("fl", "fr"), ("rl", "rr"))
+REVOLUTE = ("revolute", "continuous")
+
+
+@dataclass(frozen=True)
+class _Placement:
+    """Where a link of the file sits: on which moving link, and its frame there."""
+
+    carrier: int
+    rotation: Matrix
+    translation: Vector
+
+
+def load_robot(
+    path: str | Path,
+    feet: Mapping[str, str],
+    gravity: float = 9.81,
+    name: str | None = None,
+    twins: Iterable[tuple[str, str]] | None = None,
+    symmetry_tolerance: float = 1e-9,
+) -> Robot:
+    """Load a floating-base robot from a URDF file; no mesh file is opened.
+
+    Links that hang on fixed joints are merged into the moving link that carries them. The base is the root link;
+    a massless root may carry it through a fixed joint, and a floating joint marks its child as the base.
+
+    Args:
+        path: the URDF file.
+        feet: label -> name of the link or joint of the file whose frame is the point foot. Which foot is front left
+            is the caller's knowledge and never guessed.
+        gravity: m/s^2.
+        name: what to call the robot; the file's own name where not given.
+        twins: pairs of labels that mirror each other left to right; where not given, fl with fr and rl with rr.
+        symmetry_tolerance: largest relative asymmetry that ``Robot.mirror`` accepts.
+
+    Raises:
+        UnknownNameError: a foot or a twin that does not exist.
+        InputError: anything else that cannot be used, in one sentence.
+    """
+    path = Path(path)
+    file = read_urdf(path)
+    if not np.isfinite(gravity):
+        raise InputError(f"gravity is {gravity}, not a finite number")
+    root = _find_root(file, path)
+    joints = [joint for joint in file.joints if joint.kind in REVOLUTE]
+    placements = _place(file, root, joints, path)
+    links = _merge(file, placements, [root, *(joint.child for joint in joints)])
+    _check_links(links, path)
+    if not joints:
+        raise InputError(f"{path.name}: the robot has no actuated joint")
+    moving = [_moving_joint(joint, index, placements[joint.parent]) for index, joint in enumerate(joints)]
+    point_feet = tuple(_foot(label, frame, file, placements) for label, frame in feet.items())
+    return Robot(
+        file.name if name is None else name,
+        path.name,
+        links,
+        tuple(moving),
+        point_feet,
+        float(gravity),
+        _twins(tuple(feet), twins),
+        symmetry_tolerance,
+    )
+
+
+def _find_root(file: FileRobot, path: Path) -> str:
+    """Return the name of the base link, with every joint checked on the way."""
+    names = [link.name for link in file.links]
+    parent_of: dict[str, FileJoint] = {}
+    for joint in file.joints:
+        for link in (joint.parent, joint.child):
+            if link not in names:
+                raise UnknownNameError(f"link (joint '{joint.name}' of {path.name})", link, names)
+        if joint.child in parent_of:
+            first = parent_of[joint.child].name
+            raise InputError(f"{path.name}: link '{joint.child}' hangs on two joints, '{first}' and '{joint.name}'")
+        parent_of[joint.child] = joint
+    roots = [name for name in names if name not in parent_of]
+    if not roots:
+        raise InputError(f"{path.name}: the joints form a cycle, so no link is the root")
+    if len(roots) > 1:
+        raise InputError(f"{path.name}: more than one root link: {', '.join(roots)}")
+    return _base_below(file, roots[0], path)
+
+
+def _base_below(file: FileRobot, root: str, path: Path) -> str:
+    """Follow a floating joint from a massless root; refuse a robot that is bolted to the world."""
+    below = [joint for joint in file.joints if joint.parent == root]
+    massless = all(link.mass <= 0.0 for link in file.links if link.name == root)
+    floating = [joint for joint in file.joints if joint.kind == "floating"]
+    if floating:
+        if len(floating) > 1 or len(below) > 1 or floating[0].parent != root or not massless:
+            raise InputError(f"{path.name}: the only floating joint allowed carries the base from a massless root link")
+        return floating[0].child
+    if root == "world" and any(joint.kind == "fixed" for joint in below):
+        raise InputError(f"{path.name}: the robot is fixed to the link 'world', a floating base is needed")
+    return root
+
+
+def _place(file: FileRobot, root: str, joints: list[FileJoint], path: Path) -> dict[str, _Placement]:
+    """Place every link below the root on the moving link that carries it."""
+    placements = {root: _Placement(0, np.eye(3), np.zeros(3))}
+    for index, joint in enumerate(joints, start=1):
+        placements[joint.child] = _Placement(index, np.eye(3), np.zeros(3))
+    for joint in file.joints:
+        if joint.mimics is not None:
+            raise InputError(f"{path.name}: joint '{joint.name}' mimics '{joint.mimics}', which is not supported")
+        if joint.kind not in (*REVOLUTE, "fixed", "floating"):
+            raise InputError(f"{path.name}: joint '{joint.name}' is {joint.kind}; known: revolute, continuous, fixed")
+    waiting = [joint for joint in file.joints if joint.kind == "fixed"]
+    while waiting:
+        ready = [joint for joint in waiting if joint.parent in placements]
+        if not ready:
+            raise InputError(f"{path.name}: link '{waiting[0].child}' is not connected to the base '{root}'")
+        for joint in ready:
+            on = placements[joint.parent]
+            placements[joint.child] = _Placement(
+                on.carrier, snap(on.rotation @ joint.rotation), on.translation + on.rotation @ joint.translation
+            )
+        waiting = [joint for joint in waiting if joint not in ready]
+    _check_connected(joints, placements, root, path)
+    return placements
+
+
+def _check_connected(joints: list[FileJoint], placements: dict[str, _Placement], root: str, path: Path) -> None:
+    """Raise where a moving link's parents never reach the base: a cycle beside the tree."""
+    reached = {0}
+    for _ in joints:
+        reached |= {i for i, joint in enumerate(joints, start=1) if placements[joint.parent].carrier in reached}
+    for index, joint in enumerate(joints, start=1):
+        if index not in reached:
+            raise InputError(f"{path.name}: link '{joint.child}' is part of a cycle and not connected to the base '{root}'")
+
+
+def _merge(file: FileRobot, placements: Mapping[str, _Placement], carriers: list[str]) -> tuple[Link, ...]:
+    """Sum the inertias of all links that one moving link carries."""
+    merged = []
+    for carrier, name in enumerate(carriers):
+        parts = [(link, placements[link.name]) for link in file.links if _carried(link, placements, carrier)]
+        mass = sum(link.mass for link, _ in parts)
+        centers = [at.translation + at.rotation @ link.center for link, at in parts]
+        center = sum((link.mass * c for (link, _), c in zip(parts, centers, strict=True)), np.zeros(3))
+        center = center / mass if mass > 0.0 else np.zeros(3)
+        inertia = np.zeros((3, 3))
+        for (link, at), position in zip(parts, centers, strict=True):
+            arm = skew(position - center)
+            inertia += at.rotation @ link.inertia @ at.rotation.T - link.mass * arm @ arm
+        merged.append(Link(name, float(mass), frozen(center), frozen((inertia + inertia.T) / 2.0)))
+    return tuple(merged)
+
+
+def _carried(link: FileLink, placements: Mapping[str, _Placement], carrier: int) -> bool:
+    return link.name in placements and placements[link.name].carrier == carrier
+
+
+def _check_links(links: tuple[Link, ...], path: Path) -> None:
+    for index, link in enumerate(links):
+        if link.mass <= 0.0:
+            reason = "; is this a fixed-base robot?" if index == 0 else ""
+            raise InputError(f"{path.name}: the moving link '{link.name}' has no mass ({link.mass:g} kg){reason}")
+        smallest = float(np.linalg.eigvalsh(link.inertia)[0])
+        if smallest <= 0.0:
+            raise InputError(
+                f"{path.name}: the inertia of link '{link.name}' is not positive definite "
+                f"(smallest principal moment {smallest:.3g} kg m^2)"
+            )
+
+
+def _moving_joint(joint: FileJoint, index: int, on: _Placement) -> Joint:
+    return Joint(
+        joint.name,
+        on.carrier,
+        index + 1,
+        frozen(snap(on.rotation @ joint.rotation)),
+        frozen(on.translation + on.rotation @ joint.translation),
+        frozen(snap(joint.axis)),
+        joint.lower if joint.kind == "revolute" else -np.inf,
+        joint.upper if joint.kind == "revolute" else np.inf,
+        joint.effort,
+        joint.velocity,
+    )
+
+
+def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Placement]) -> Foot:
+    """Place a foot; a joint's frame is that of the link it carries."""
+    links = [link.name for link in file.links]
+    child_of = {joint.name: joint.child for joint in file.joints}
+    link = frame if frame in links else child_of.get(frame)
+    if link is None or link not in placements:
+        raise UnknownNameError(f"link or joint for foot '{label}'", frame, (*links, *child_of))
+    at = placements[link]
+    return Foot(label, frame, at.carrier, frozen(at.translation))
+
+
+def _twins(labels: tuple[str, ...], twins: Iterable[tuple[str, str]] | None) -> tuple[tuple[str, str], ...]:
+    if twins is None:
+        return tuple(pair for pair in DEFAULT_TWINS if set(pair) <= set(labels))
+    pairs = tuple((left, right) for left, right in twins)
+    for label in (label for pair in pairs for label in pair):
+        if label not in labels:
+            raise UnknownNameError("foot", label, labels)
+    return pairs

@@ -1,0 +1,227 @@
+"""The robot record: a floating base with a tree of revolute joints and point feet, as numbers with names."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from amble.errors import UnknownNameError
+from amble.types import Json, Matrix, Vector
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from amble.robot.mirror import Mirror
+
+BASE_COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
+"""The base as a serial chain: prismatic along world x, y, z, then revolute about X, Y', Z''; R = Rx Ry Rz."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid body, fixed links merged into it.
+
+    Attributes:
+        name: name of the link that moves.
+        mass: kg.
+        center: centre of mass in the link's frame, (3,), m.
+        inertia: rotational inertia about the centre of mass, link axes, (3, 3), kg m^2.
+    """
+
+    name: str
+    mass: float
+    center: Vector
+    inertia: Matrix
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A revolute joint; the frame of its child link is the joint frame.
+
+    Attributes:
+        name: name in the file.
+        parent: index of the link it hangs on.
+        child: index of the link it moves.
+        rotation: orientation of the joint frame in the parent link at angle zero, (3, 3).
+        translation: origin of the joint frame in the parent link, (3,), m.
+        axis: unit vector in the joint frame, (3,).
+        lower: smallest angle, rad; minus infinity where the file gives none.
+        upper: largest angle, rad; infinity where the file gives none.
+        effort: largest |torque|, N m; infinity where the file gives none.
+        velocity: largest |rate|, rad/s; infinity where the file gives none.
+    """
+
+    name: str
+    parent: int
+    child: int
+    rotation: Matrix
+    translation: Vector
+    axis: Vector
+    lower: float
+    upper: float
+    effort: float
+    velocity: float
+
+
+@dataclass(frozen=True)
+class Foot:
+    """A point foot.
+
+    Attributes:
+        name: the user's label.
+        frame: the link or joint of the file that the label stands for.
+        link: index of the moving link that carries the foot.
+        offset: position of the foot in that link's frame, (3,), m.
+    """
+
+    name: str
+    frame: str
+    link: int
+    offset: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A floating-base robot with revolute joints and point feet.
+
+    Two robots are equal where their hash is: the content that matters to a motion, not the name or the file.
+
+    Attributes:
+        name: what the robot is called.
+        source: catalogue name, or file name of the URDF.
+        links: the base first; link i + 1 is the child of joint i.
+        joints: actuated joints in file order.
+        feet: point feet in the order in which the user gave them.
+        gravity: m/s^2, along -z of the world.
+        twins: pairs of feet that mirror each other left to right.
+        symmetry_tolerance: largest relative asymmetry under which ``mirror`` accepts the robot.
+    """
+
+    name: str
+    source: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    feet: tuple[Foot, ...]
+    gravity: float
+    twins: tuple[tuple[str, str], ...] = ()
+    symmetry_tolerance: float = 1e-9
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the content that matters."""
+        return isinstance(other, Robot) and self.hash == other.hash
+
+    def __hash__(self) -> int:
+        """Hash the content that matters."""
+        return hash(self.hash)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joint names in file order."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def foot_names(self) -> tuple[str, ...]:
+        """The user's foot labels in the order given."""
+        return tuple(foot.name for foot in self.feet)
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Names of the entries of q: x, y, z, roll, pitch, yaw, then the joints."""
+        return (*BASE_COORDINATES, *self.joint_names)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates n_q."""
+        return len(BASE_COORDINATES) + len(self.joints)
+
+    @property
+    def mass(self) -> float:
+        """Total mass, kg."""
+        return float(sum(link.mass for link in self.links))
+
+    @cached_property
+    def legs(self) -> Mapping[str, tuple[str, ...]]:
+        """Foot label -> names of the joints between base and foot, base side first."""
+        return {foot.name: tuple(self.joints[j].name for j in self.chain(foot.link)) for foot in self.feet}
+
+    @cached_property
+    def mirror(self) -> Mirror:
+        """The left-right mirror.
+
+        Raises:
+            InputError: where feet have no twins or the robot is not symmetric.
+        """
+        from amble.robot.mirror import find_mirror  # noqa: PLC0415  (the mirror is computed with the robot's dynamics)
+
+        return find_mirror(self)
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of kinematics, inertias, limits, feet and gravity; the same in every run."""
+        return hashlib.sha256(json.dumps(_content(self), sort_keys=True).encode()).hexdigest()
+
+    @cached_property
+    def ordered_joints(self) -> tuple[int, ...]:
+        """Joint indices, every joint after the one that moves its parent link."""
+        reached, order = {0}, []
+        while len(order) < len(self.joints):
+            ready = [j for j, joint in enumerate(self.joints) if joint.parent in reached and joint.child not in reached]
+            order.extend(ready)
+            reached.update(self.joints[j].child for j in ready)
+        return tuple(order)
+
+    def chain(self, link: int) -> tuple[int, ...]:
+        """Return the indices of the joints between the base and a link, base side first."""
+        joints: list[int] = []
+        while link != 0:
+            joints.append(link - 1)
+            link = self.joints[link - 1].parent
+        return tuple(reversed(joints))
+
+    def foot(self, name: str) -> Foot:
+        """Look a foot up by the user's label."""
+        for candidate in self.feet:
+            if candidate.name == name:
+                return candidate
+        raise UnknownNameError("foot", name, self.foot_names)
+
+    def joint(self, name: str) -> Joint:
+        """Look a joint up by name."""
+        return self.joints[self.joint_index(name)]
+
+    def joint_index(self, name: str) -> int:
+        """Position of a joint among the joints."""
+        if name not in self.joint_names:
+            raise UnknownNameError("joint", name, self.joint_names)
+        return self.joint_names.index(name)
+
+    def coordinate_index(self, name: str) -> int:
+        """Position of a coordinate in q."""
+        if name not in self.coordinate_names:
+            raise UnknownNameError("coordinate", name, self.coordinate_names)
+        return self.coordinate_names.index(name)
+
+
+def _content(robot: Robot) -> Json:
+    """Everything that changes a motion, as plain data; repr of a float is exact."""
+    return {
+        "links": [
+            [link.name, repr(float(link.mass)), _exact(link.center), _exact(link.inertia)] for link in robot.links
+        ],
+        "joints": [
+            [joint.name, joint.parent, joint.child, _exact(joint.rotation), _exact(joint.translation)]
+            + [_exact(joint.axis)]
+            + [repr(float(limit)) for limit in (joint.lower, joint.upper, joint.effort, joint.velocity)]
+            for joint in robot.joints
+        ],
+        "feet": [[foot.name, foot.link, _exact(foot.offset)] for foot in robot.feet],
+        "gravity": repr(float(robot.gravity)),
+    }
+
+
+def _exact(values: Matrix) -> list[str]:
+    # adding zero turns -0.0 into 0.0, which means the same motion
+    return [repr(float(value) + 0.0) for value in values.reshape(-1)]
