@@ -1,0 +1,60 @@
+# One environment, three sizes of it; requirements.txt pins every version (see `make lock`).
+PYTHON ?= python3
+VENV := .venv
+PIP := $(VENV)/bin/python -m pip --disable-pip-version-check --quiet
+INSTALL := $(PIP) install --constraint requirements.txt
+EDITABLE := $(INSTALL) --no-build-isolation --editable
+
+.DEFAULT_GOAL := help
+.PHONY: help run test lint format bench lock clean
+
+help:  ## this list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
+
+run: $(VENV)/run.stamp  ## the whole paper: gait, certificate, 500 cycles, table, figures in runs/astro-amble
+	$(VENV)/bin/amble reproduce --out runs/astro-amble
+
+test: $(VENV)/develop.stamp  ## all tests, two at a time
+	$(VENV)/bin/python -m pytest -n 2 --dist loadfile
+
+lint: $(VENV)/develop.stamp  ## style, types, layers
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports
+
+format: $(VENV)/develop.stamp  ## rewrite the sources in the house style
+	$(VENV)/bin/ruff check --fix .
+	$(VENV)/bin/ruff format .
+
+bench: $(VENV)/bench.stamp  ## every benchmark, with its baselines in the same run
+	$(VENV)/bin/python -m benchmarks
+
+lock:  ## write requirements.txt anew: the newest versions that pyproject.toml allows
+	rm -rf build/lock
+	$(PYTHON) -m venv build/lock
+	build/lock/bin/python -m pip --disable-pip-version-check --quiet install hatchling editables
+	build/lock/bin/python -m pip --disable-pip-version-check --quiet install --no-build-isolation --editable '.[test,lint,bench]'
+	(echo '# Every version that is installed anywhere in this project; written by `make lock`.'; \
+	 build/lock/bin/python -m pip --disable-pip-version-check freeze --exclude-editable) > build/requirements.txt
+	mv build/requirements.txt requirements.txt
+	rm -rf build/lock
+
+clean:  ## remove the environment and everything that was built
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/run.stamp: requirements.txt pyproject.toml | $(VENV)/bin/python
+	$(INSTALL) hatchling editables
+	$(EDITABLE) .
+	touch $@
+
+$(VENV)/develop.stamp: $(VENV)/run.stamp
+	$(EDITABLE) '.[test,lint]'
+	touch $@
+
+$(VENV)/bench.stamp: $(VENV)/run.stamp
+	$(EDITABLE) '.[bench]'
+	touch $@
