@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 """One axis: (n,)."""
 
+IntegerVector = NDArray[np.int64]
+"""One axis, whole numbers: (n,)."""
+
 Matrix = NDArray[np.float64]
 """Two axes: (rows, columns)."""
 

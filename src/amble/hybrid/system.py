@@ -30,6 +30,8 @@ class Domain:
             those of the function's outputs.
         jacobian: optional casadi function (t, x, p) -> d field / d x, where a faster one than automatic
             differentiation of ``field`` is known.
+        alive: optional casadi function (t, x, p) -> scalar margin that must stay positive; a simulation in which it
+            does not ends there and says so (a fall).
     """
 
     name: str
@@ -37,6 +39,7 @@ class Domain:
     parameters: Vector = field(default_factory=lambda: frozen([]))
     signals: ca.Function | None = None
     jacobian: ca.Function | None = None
+    alive: ca.Function | None = None
 
     @classmethod
     def from_expressions(
@@ -46,6 +49,7 @@ class Domain:
         rate: ca.SX,
         clock: ca.SX | None = None,
         signals: dict[str, ca.SX] | None = None,
+        alive: ca.SX | None = None,
     ) -> Domain:
         """Build a domain from symbols: the state, its rate and, where the rate depends on it, the clock."""
         clock = ca.SX.sym("t") if clock is None else clock
@@ -57,7 +61,10 @@ class Domain:
             signal_function = ca.Function(
                 f"{name}_signals", symbols, list(signals.values()), FIELD_ARGUMENTS, list(signals)
             )
-        return cls(name, rate_function, frozen([]), signal_function)
+        alive_function = None
+        if alive is not None:
+            alive_function = ca.Function(f"{name}_alive", symbols, [alive], FIELD_ARGUMENTS, ["margin"])
+        return cls(name, rate_function, frozen([]), signal_function, alive=alive_function)
 
     @property
     def state_size(self) -> int:
@@ -70,7 +77,9 @@ class Transition:
     """An edge of the graph: leave ``source`` when the guard crosses zero, enter ``target`` through the reset.
 
     The crossing counts when the guard passes zero in ``direction`` (-1: falling, +1: rising) at a clock time t with
-    0 < t <= t_end: a guard that is zero at the start of a domain does not fire there.
+    0 < t <= t_end: a guard that is zero at the start of a domain does not fire there, and one that starts on the far
+    side must come back before it can fire. So a swing foot that has just lifted (height 0, rising) fires when it lands,
+    and a crossing in the other direction (a leg that scuffs at mid-stance) does not count.
 
     Attributes:
         source: name of the domain that is left.
@@ -201,7 +210,11 @@ def _validate(system: HybridSystem) -> None:
     for domain in system.domains:
         _expect_shape(f"field of domain '{domain.name}'", domain.field, size, size)
         if domain.field.numel_in(2) != domain.parameters.size:
-            raise InputError(f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}")
+            raise InputError(
+                f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}"
+            )
+        if domain.alive is not None:
+            _expect_shape(f"margin of domain '{domain.name}'", domain.alive, size, 1)
         if not system.leaving(domain.name):
             raise InputError(f"domain '{domain.name}' has no transition that leaves it")
     for transition in system.transitions:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from amble.hybrid import HybridSystem
-from amble.types import NodeValues, Vector
+from amble.types import IntegerVector, NodeValues, Vector
 
 
 @dataclass(frozen=True)
@@ -31,10 +30,11 @@ class Trace:
     """A simulated motion.
 
     Attributes:
-        system: the hybrid system that was simulated.
+        domains: names of the domains of the hybrid system that was simulated.
+        state_names: names of the states, (n_x,).
         time: time of every sample, (n,), s; an event has a sample just before and one just after it.
         clock: time since the entry of the domain, (n,), s.
-        domain: index into ``system.domains`` of every sample, (n,).
+        domain: index into ``domains`` of every sample, (n,).
         cycle: number of the cycle of every sample, from 0, (n,).
         state: (n, n_x).
         signals: the signals that the domains declare, name -> (n, width).
@@ -45,11 +45,12 @@ class Trace:
         seconds: wall time of the simulation, s.
     """
 
-    system: HybridSystem
+    domains: tuple[str, ...]
+    state_names: tuple[str, ...]
     time: Vector
     clock: Vector
-    domain: Vector
-    cycle: Vector
+    domain: IntegerVector
+    cycle: IntegerVector
     state: NodeValues
     signals: Mapping[str, NodeValues]
     events: tuple[Event, ...]

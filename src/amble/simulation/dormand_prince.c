@@ -1,0 +1,280 @@
+/* Flow through one domain of a hybrid system: explicit Runge-Kutta steps with error control, a watch on the guards,
+ * the event located on the dense output, samples evenly spaced in time. One call a domain; no Python inside.
+ *
+ * The method is data (tableau.py): 12 stages of order 8 with embedded errors of order 5 and 3, one stage that is the
+ * first of the next step, 3 more for a dense output of order 7 (Hairer, Norsett, Wanner, Solving Ordinary
+ * Differential Equations I, sections II.5 and II.10: DOP853). The step control is theirs too. */
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STAGES 16      /* rows of the extended tableau */
+#define STEP_STAGES 12 /* stages that make a step; row 12 is the weights of the solution */
+#define DENSE 7        /* coefficient vectors of the dense output */
+#define CHECKS 4       /* looks at the guards within one step */
+
+enum { CROSSED = 0, TOO_LONG = 1, NOT_FINITE = 2, STALLED = 3, NO_MEMORY = 4 };
+
+typedef struct {
+    void *handle; /* evaluates out = function(clock, state) from and to the buffers below */
+    double *clock, *state, *out;
+} Callee;
+
+typedef struct {
+    const double *a, *c, *error3, *error5, *dense;
+} Tableau;
+
+typedef struct {
+    void (*evaluate)(void *);
+    const Callee *field, *guards;
+    const double *sign; /* +1: the guard fires rising, -1: falling */
+    int n, n_guards;
+} Problem;
+
+typedef struct {
+    double start, length;
+} Span;
+
+typedef struct { /* accepted steps: spans[i] and (1 + DENSE) vectors of the state from i * (1 + DENSE) * n */
+    Span *spans;
+    double *coefficients;
+    int count, capacity;
+} Path;
+
+static double call(const Problem *problem, const Callee *callee, double clock, const double *state) {
+    *callee->clock = clock;
+    memcpy(callee->state, state, problem->n * sizeof(double));
+    callee->out[0] = NAN; /* a function that fails writes nothing: it must not look like its last value */
+    problem->evaluate(callee->handle);
+    return callee->out[0];
+}
+
+static void slope(const Problem *problem, double clock, const double *state, double *rate) {
+    call(problem, problem->field, clock, state);
+    memcpy(rate, problem->field->out, problem->n * sizeof(double));
+}
+
+/* y = x + length * sum_j weights[j] k_j */
+static void combine(int n, const double *x, double length, int stages, const double *weights, const double *k, double *y) {
+    memset(y, 0, n * sizeof(double));
+    for (int j = 0; j < stages; ++j) {
+        const double w = weights[j];
+        if (w == 0.0) continue;
+        for (int i = 0; i < n; ++i) y[i] += w * k[j * n + i];
+    }
+    for (int i = 0; i < n; ++i) y[i] = (x ? x[i] : 0.0) + length * y[i];
+}
+
+static double first_step(const Problem *problem, const double *x, const double *rate, double tolerance, double longest,
+                         double *work) {
+    const int n = problem->n;
+    double d0 = 0, d1 = 0, d2 = 0;
+    for (int i = 0; i < n; ++i) {
+        const double scale = tolerance + tolerance * fabs(x[i]);
+        d0 += pow(x[i] / scale, 2);
+        d1 += pow(rate[i] / scale, 2);
+    }
+    d0 = sqrt(d0 / n), d1 = sqrt(d1 / n);
+    double h0 = (d0 < 1e-5 || d1 < 1e-5) ? 1e-6 : 0.01 * d0 / d1;
+    h0 = fmin(h0, longest);
+    double *y = work, *other = work + n;
+    for (int i = 0; i < n; ++i) y[i] = x[i] + h0 * rate[i];
+    slope(problem, h0, y, other);
+    for (int i = 0; i < n; ++i) d2 += pow((other[i] - rate[i]) / (tolerance + tolerance * fabs(x[i])), 2);
+    d2 = sqrt(d2 / n) / h0;
+    const double largest = fmax(d1, d2);
+    const double h1 = largest <= 1e-15 ? fmax(1e-6, h0 * 1e-3) : pow(0.01 / largest, 1.0 / 8.0);
+    const double h = fmin(fmin(100 * h0, h1), longest);
+    return h > 0 ? h : 1e-6 * longest; /* also for a rate that is not a number: the step itself reports it */
+}
+
+/* weighted error of a step from x to y, accepted when below 1; not a number where a stage is not */
+static double step_error(const Problem *problem, const Tableau *tableau, double length, const double *x, const double *y,
+                         const double *k, double tolerance) {
+    const int n = problem->n;
+    double five = 0, three = 0;
+    for (int i = 0; i < n; ++i) {
+        double e5 = 0, e3 = 0;
+        for (int j = 0; j <= STEP_STAGES; ++j) {
+            e5 += tableau->error5[j] * k[j * n + i];
+            e3 += tableau->error3[j] * k[j * n + i];
+        }
+        const double scale = tolerance + tolerance * fmax(fabs(x[i]), fabs(y[i]));
+        five += pow(e5 / scale, 2);
+        three += pow(e3 / scale, 2);
+    }
+    if (five == 0 && three == 0) return 0;
+    return length * five / sqrt((five + 0.01 * three) * n);
+}
+
+static int grow(Path *path, int n) {
+    if (path->count < path->capacity) return 1;
+    const int capacity = path->capacity ? 2 * path->capacity : 16;
+    Span *spans = realloc(path->spans, capacity * sizeof(Span));
+    if (spans) path->spans = spans;
+    double *coefficients = realloc(path->coefficients, (size_t)capacity * (1 + DENSE) * n * sizeof(double));
+    if (coefficients) path->coefficients = coefficients;
+    if (!spans || !coefficients) return 0;
+    path->capacity = capacity;
+    return 1;
+}
+
+/* append an accepted step with the coefficients of its dense output (HNW I, eq. 6.13) */
+static int append(const Problem *problem, const Tableau *tableau, Path *path, double start, double length,
+                  const double *x, const double *y, double *k, double *work) {
+    const int n = problem->n;
+    if (!grow(path, n)) return 0;
+    for (int s = STEP_STAGES + 1; s < STAGES; ++s) {
+        combine(n, x, length, s, tableau->a + s * STAGES, k, work);
+        slope(problem, start + tableau->c[s] * length, work, k + s * n);
+    }
+    double *f = path->coefficients + (size_t)path->count * (1 + DENSE) * n;
+    const double *first = k, *last = k + STEP_STAGES * n;
+    memcpy(f, x, n * sizeof(double));
+    f += n;
+    for (int i = 0; i < n; ++i) {
+        const double change = y[i] - x[i];
+        f[i] = change;
+        f[n + i] = length * first[i] - change;
+        f[2 * n + i] = 2 * change - length * (first[i] + last[i]);
+    }
+    for (int d = 0; d < DENSE - 3; ++d) combine(n, NULL, length, STAGES, tableau->dense + d * STAGES, k, f + (3 + d) * n);
+    path->spans[path->count].start = start;
+    path->spans[path->count].length = length;
+    ++path->count;
+    return 1;
+}
+
+static void dense(const Path *path, int n, int step, double clock, double *state) {
+    const double *x = path->coefficients + (size_t)step * (1 + DENSE) * n, *f = x + n;
+    const double s = (clock - path->spans[step].start) / path->spans[step].length;
+    for (int i = 0; i < n; ++i) {
+        double y = 0;
+        for (int d = DENSE - 1; d >= 0; --d) y = (y + f[d * n + i]) * ((DENSE - 1 - d) % 2 ? 1 - s : s);
+        state[i] = x[i] + y;
+    }
+}
+
+static double watch(const Problem *problem, const Path *path, int guard, double clock, double *work) {
+    dense(path, problem->n, path->count - 1, clock, work);
+    return problem->sign[guard] * call(problem, problem->guards + guard, clock, work);
+}
+
+/* zero of a guard that is negative at a and not negative at b (regula falsi, Illinois variant) */
+static double locate(const Problem *problem, const Path *path, int guard, double a, double at_a, double b, double at_b,
+                     double *work) {
+    int side = 0;
+    for (int i = 0; i < 100 && at_b > 0 && b - a > 4e-16 * b; ++i) {
+        double c = a + (b - a) * at_a / (at_a - at_b);
+        if (!(c > a && c < b)) c = 0.5 * (a + b);
+        if (c <= a || c >= b) break;
+        const double at_c = watch(problem, path, guard, c, work);
+        if (at_c < 0) {
+            if (c - a < 1e-15 * c && side > 0) return c;
+            a = c, at_a = at_c;
+            if (side > 0) at_b *= 0.5;
+            side = 1;
+        } else {
+            b = c, at_b = at_c;
+            if (side < 0) at_a *= 0.5;
+            side = -1;
+        }
+    }
+    return b;
+}
+
+/* look at the guards along the newest step: the guard that crosses first, its clock in *when; -1 where none does, -2
+ * where one is not a number. A value at clock 0 is never looked at: what is zero there must not fire there. */
+static int look(const Problem *problem, const Path *path, double resolution, double *values, double *when, double *work) {
+    const Span span = path->spans[path->count - 1];
+    double earlier = span.start;
+    int fired = -1;
+    for (int check = path->count == 1 ? 0 : 1; check <= CHECKS && fired < 0; ++check) {
+        const double clock = check ? span.start + span.length * check / CHECKS : fmin(resolution, 0.5 * span.length / CHECKS);
+        for (int guard = 0; guard < problem->n_guards; ++guard) {
+            const double value = watch(problem, path, guard, clock, work);
+            if (isnan(value)) return -2;
+            if (check && values[guard] < 0 && value >= 0) {
+                const double root = locate(problem, path, guard, earlier, values[guard], clock, value, work);
+                if (fired < 0 || root < *when) *when = root, fired = guard;
+            }
+            values[guard] = value;
+        }
+        earlier = clock;
+    }
+    return fired;
+}
+
+static void resample(const Path *path, int n, double end, int samples, double *clocks, double *states) {
+    int step = 0;
+    for (int i = 0; i < samples; ++i) {
+        const double clock = i == samples - 1 ? end : end * i / (samples - 1);
+        while (step < path->count - 1 && clock > path->spans[step].start + path->spans[step].length) ++step;
+        clocks[i] = clock;
+        dense(path, n, step, clock, states + (size_t)i * n);
+    }
+}
+
+static int finite(const double *x, int n) {
+    for (int i = 0; i < n; ++i)
+        if (!isfinite(x[i])) return 0;
+    return 1;
+}
+
+/* Integrate from state x at clock 0 until a guard fires or `longest` is reached.
+ * Writes the samples, the clock at the end, the guard that fired, the number of accepted steps. */
+int amble_flow(const Problem *problem, const Tableau *tableau, const double *start, double tolerance, double longest,
+               double resolution, int samples, double *clocks, double *states, double *end, int *fired, int *steps) {
+    const int n = problem->n;
+    double *work = calloc((size_t)(STAGES + 5) * n + problem->n_guards, sizeof(double));
+    if (!work) return NO_MEMORY;
+    double *k = work, *x = k + STAGES * n, *y = x + n, *spare = y + n, *values = spare + 3 * n;
+    Path path = {0};
+    int status = TOO_LONG, rejected = 0;
+    double clock = 0;
+    *fired = -1;
+    memcpy(x, start, n * sizeof(double));
+    slope(problem, 0, x, k);
+    double length = first_step(problem, x, k, tolerance, longest, spare);
+    while (clock < longest) {
+        if (length < 1e-14 * fmax(clock, 1e-3 * longest)) {
+            status = finite(k, n) && finite(x, n) && finite(y, n) && finite(k + STEP_STAGES * n, n) ? STALLED : NOT_FINITE;
+            break;
+        }
+        const int final = clock + length >= longest;
+        if (final) length = longest - clock;
+        for (int s = 1; s <= STEP_STAGES; ++s) {
+            combine(n, x, length, s, tableau->a + s * STAGES, k, y);
+            slope(problem, clock + tableau->c[s] * length, y, k + s * n);
+        }
+        const double error = step_error(problem, tableau, length, x, y, k, tolerance);
+        const double factor = error > 0 ? 0.9 * pow(error, -1.0 / 8.0) : 10.0;
+        if (!(error < 1.0)) {
+            length *= factor >= 0.2 ? factor : 0.2;
+            rejected = 1;
+            continue;
+        }
+        if (!append(problem, tableau, &path, clock, length, x, y, k, spare)) {
+            status = NO_MEMORY;
+            break;
+        }
+        *fired = look(problem, &path, resolution, values, &clock, spare);
+        if (*fired != -1) {
+            status = *fired >= 0 ? CROSSED : NOT_FINITE;
+            break;
+        }
+        clock = final ? longest : clock + length;
+        memcpy(x, y, n * sizeof(double));
+        memcpy(k, k + STEP_STAGES * n, n * sizeof(double));
+        length *= fmin(factor, rejected ? 1.0 : 10.0);
+        rejected = 0;
+    }
+    *end = clock;
+    *steps = path.count;
+    if (path.count) resample(&path, n, clock, samples, clocks, states);
+    free(path.spans);
+    free(path.coefficients);
+    free(work);
+    return status;
+}

@@ -1,0 +1,85 @@
+"""The flow through one domain: from an entry state until a guard fires.
+
+Two ways compute it, by the same method and the same rule for guards: native code (``native``), and scipy where there
+is no C compiler (``interpreted``). The rule: a guard fires where it passes zero in its direction at a clock t with
+0 < t <= t_end. Guards are looked at four times a step and located on the dense output; the first look is at
+``RESOLUTION``, so that a guard which is zero at the start, exactly or within roundoff, does not fire there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import casadi as ca
+
+from amble.hybrid import Domain, HybridSystem, Transition
+from amble.types import NodeValues, Vector
+
+RESOLUTION = 1e-10
+"""Clock of the first look at the guards, and the accuracy to which events are located at least, s."""
+
+LOOKS = 4
+"""How often a step looks at the guards; a guard that crosses and returns between two looks is not seen."""
+
+FELL = "fell"
+TOO_LONG = "reached no guard"
+NOT_FINITE = "is not finite any more"
+STALLED = "needs steps below the roundoff of the clock"
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The motion through one domain.
+
+    Attributes:
+        clock: of the samples, evenly spaced from the entry to the end, (n,), s.
+        state: at the samples, (n, n_x).
+        fired: position of the transition that fired among those that leave the domain; None where none did.
+        ended: why no transition fired, else empty: one of FELL, TOO_LONG, NOT_FINITE, STALLED.
+        steps: accepted steps of the integrator; each took 15 evaluations of the vector field.
+    """
+
+    clock: Vector
+    state: NodeValues
+    fired: int | None
+    ended: str
+    steps: int
+
+
+class Flow(Protocol):
+    """A prepared domain."""
+
+    def __call__(self, start: Vector, tolerance: float, longest: float, samples: int) -> Passage:
+        """Integrate from a state at clock 0 until a transition fires or the domain has lasted ``longest`` (s)."""
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A function whose zero is watched: +1 where it fires rising, -1 where it fires falling."""
+
+    function: ca.Function
+    direction: int
+
+
+def prepare(system: HybridSystem, name: str) -> Flow:
+    """Prepare the flow through a domain of a system, in native code where that can be had."""
+    from amble.simulation import interpreted, native
+
+    domain = system.domain(name)
+    watched = watched_functions(domain, system.leaving(name))
+    flow = native.prepare(domain, watched)
+    return interpreted.prepare(domain, watched) if flow is None else flow
+
+
+def watched_functions(domain: Domain, leaving: tuple[Transition, ...]) -> tuple[Watched, ...]:
+    """List the guards in the order of the transitions, then the margin of the domain where it has one."""
+    guards = [Watched(transition.guard, transition.direction) for transition in leaving]
+    margin = [] if domain.alive is None else [Watched(domain.alive, -1)]
+    return (*guards, *margin)
+
+
+def outcome(domain: Domain, guards: int, fired: int) -> tuple[int | None, str]:
+    """Tell a transition from a fall: the margin is watched after the guards."""
+    fell = domain.alive is not None and fired == guards - 1
+    return (None, FELL) if fell else (fired, "")

@@ -1,0 +1,181 @@
+"""The flow through a domain in native code: one call of ``dormand_prince.c`` a domain.
+
+The C code evaluates any casadi function, compiled or interpreted, through casadi's own buffer interface
+(``Function.buffer``), so it is compiled once and for all systems.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from amble.codegen.cache import content_key, intact, locked, seal, writable_folder
+from amble.codegen.compiler import Compiler, compiler
+from amble.errors import WorkError
+from amble.hybrid import Domain
+from amble.simulation.flow import NOT_FINITE, RESOLUTION, STALLED, TOO_LONG, Flow, Passage, Watched, outcome
+from amble.simulation.tableau import dop853
+from amble.types import NodeValues, Vector
+
+SOURCE = Path(__file__).with_name("dormand_prince.c")
+FLAGS = ("-O2", "-std=c99", "-fPIC", "-shared")
+EVALUATE = "_ZN6casadi21_function_buffer_evalEPv"
+"""casadi::_function_buffer_eval(void*), which casadi exports for callers in C."""
+
+CROSSED, NO_MEMORY = 0, 4
+REASONS = {1: TOO_LONG, 2: NOT_FINITE, 3: STALLED}
+
+_DOUBLES = ctypes.POINTER(ctypes.c_double)
+
+
+class _Callee(ctypes.Structure):
+    _fields_ = (("handle", ctypes.c_void_p), ("clock", _DOUBLES), ("state", _DOUBLES), ("out", _DOUBLES))
+
+
+class _Tableau(ctypes.Structure):
+    _fields_ = tuple((name, _DOUBLES) for name in ("a", "c", "error3", "error5", "dense"))
+
+
+class _Problem(ctypes.Structure):
+    _fields_ = (
+        ("evaluate", ctypes.c_void_p),
+        ("field", ctypes.POINTER(_Callee)),
+        ("guards", ctypes.POINTER(_Callee)),
+        ("sign", _DOUBLES),
+        ("n", ctypes.c_int),
+        ("n_guards", ctypes.c_int),
+    )
+
+
+@dataclass(frozen=True)
+class NativeFlow:
+    """A prepared domain; ``kept`` holds the memory that the C structures point to."""
+
+    domain: Domain
+    routine: Any
+    problem: _Problem
+    tableau: _Tableau
+    kept: tuple[Any, ...]
+
+    def __call__(self, start: Vector, tolerance: float, longest: float, samples: int) -> Passage:
+        """Integrate from a state at clock 0 until a transition fires or the domain has lasted ``longest`` (s)."""
+        entry = np.array(start, dtype=np.float64)
+        clock, state = np.zeros(samples), np.tile(entry, (samples, 1))
+        end, fired, steps = ctypes.c_double(), ctypes.c_int(), ctypes.c_int()
+        status = self.routine(
+            ctypes.byref(self.problem), ctypes.byref(self.tableau), _doubles(entry), tolerance, longest, RESOLUTION,
+            samples, _doubles(clock), _doubles(state), ctypes.byref(end), ctypes.byref(fired), ctypes.byref(steps),
+        )  # fmt: skip
+        if status == NO_MEMORY:
+            raise WorkError(f"the simulation of domain '{self.domain.name}' ran out of memory")
+        if status != CROSSED:
+            return Passage(clock, state, None, REASONS[status], steps.value)
+        which, ended = outcome(self.domain, self.problem.n_guards, fired.value)
+        return Passage(clock, state, which, ended, steps.value)
+
+
+def prepare(domain: Domain, watched: Sequence[Watched]) -> Flow | None:
+    """Prepare a domain; None where there is no C compiler or casadi's buffer interface cannot be reached from C."""
+    library = _library()
+    evaluate = _evaluate_address()
+    if library is None or evaluate is None:
+        return None
+    field, field_memory = _callee(domain.field, domain.parameters)
+    bound = [_callee(item.function, domain.parameters) for item in watched]
+    guards = (_Callee * len(bound))(*(callee for callee, _ in bound))
+    sign = np.array([float(item.direction) for item in watched])
+    problem = _Problem(
+        evaluate, ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), _doubles(sign),
+        domain.state_size, len(bound),
+    )  # fmt: skip
+    method = dop853()
+    arrays = tuple(np.array(getattr(method, name)) for name, _ in _Tableau._fields_)
+    kept = (field, field_memory, guards, sign, arrays, *(memory for _, memory in bound))
+    return NativeFlow(domain, library.amble_flow, problem, _Tableau(*map(_doubles, arrays)), kept)
+
+
+def _callee(function: ca.Function, parameters: Vector) -> tuple[_Callee, tuple[Any, ...]]:
+    """Bind a function (t, x, p) -> value to buffers of its own."""
+    dense = _dense(function)
+    buffer = ca.FunctionBuffer(dense)
+    clock, state = np.zeros(1), np.zeros(dense.numel_in(1))
+    values, out = np.array(parameters, dtype=np.float64), np.zeros(dense.numel_out(0))
+    for position, array in enumerate((clock, state, values)):
+        if array.size:
+            buffer.set_arg(position, memoryview(array))
+    buffer.set_res(0, memoryview(out))
+    return _Callee(_address(buffer), _doubles(clock), _doubles(state), _doubles(out)), (buffer, clock, state, values, out)
+
+
+def _dense(function: ca.Function) -> ca.Function:
+    """Return the function itself, or one with dense arguments and result: buffers hold only structural nonzeros."""
+    sparsities = [*(function.sparsity_in(i) for i in range(3)), function.sparsity_out(0)]
+    if all(sparsity.is_dense() for sparsity in sparsities):
+        return function
+    symbols = [ca.MX.sym(name, *function.size_in(i)) for i, name in enumerate("txp")]
+    return ca.Function(f"{function.name()}_dense", symbols, [ca.densify(function(*symbols))])
+
+
+def _address(buffer: ca.FunctionBuffer) -> int:
+    """Return the pointer inside the capsule that casadi hands out."""
+    pointer = ctypes.pythonapi.PyCapsule_GetPointer
+    pointer.restype, pointer.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
+    return int(pointer(buffer._self(), None))
+
+
+def _doubles(array: NodeValues) -> Any:
+    return array.ctypes.data_as(_DOUBLES)
+
+
+@functools.cache
+def _evaluate_address() -> int | None:
+    """Address of casadi's evaluation of a buffer; None on a platform that names it otherwise."""
+    function = getattr(ctypes.CDLL(ca._casadi.__file__), EVALUATE, None)
+    return None if function is None else ctypes.cast(function, ctypes.c_void_p).value
+
+
+def _library() -> ctypes.CDLL | None:
+    """Compile the C file, once for all processes; None where there is no compiler or no place to store it."""
+    tool = compiler()
+    if tool is None:
+        return None
+    try:
+        return _load(_built(tool))
+    except OSError:  # a full disk or a folder that may not hold libraries: scipy does the work
+        return None
+
+
+@functools.cache
+def _load(path: Path) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(path))
+    library.amble_flow.argtypes = (
+        ctypes.POINTER(_Problem), ctypes.POINTER(_Tableau), _DOUBLES, ctypes.c_double, ctypes.c_double, ctypes.c_double,
+        ctypes.c_int, _DOUBLES, _DOUBLES, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int),
+        ctypes.POINTER(ctypes.c_int),
+    )  # fmt: skip
+    library.amble_flow.restype = ctypes.c_int
+    return library
+
+
+@functools.cache
+def _built(tool: Compiler) -> Path:
+    folder = writable_folder()
+    key = content_key([SOURCE.read_text(), tool.path, tool.version, *FLAGS])
+    library = folder / f"dormand_prince-{key}.so"
+    if intact(library):
+        return library
+    with locked(folder, key), tempfile.TemporaryDirectory(dir=folder, prefix="build-") as work:
+        output = Path(work, "dormand_prince.so")
+        tool.build(SOURCE, output, FLAGS)
+        seal(output)
+        os.replace(output, library)
+    return library
