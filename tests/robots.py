@@ -1,0 +1,82 @@
+"""Robots for tests: the catalogue's, and real ones from the wheel example-robot-data (a test extra)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import metadata, resources
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amble.robot import Robot, catalogue, load_robot
+from amble.types import Matrix
+
+CATALOGUE = ("astro", "astro_cad")
+EXACTLY_SYMMETRIC = CATALOGUE
+
+
+@dataclass(frozen=True)
+class _File:
+    path: str
+    feet: dict[str, str]
+
+
+_FILES = {
+    "solo12": _File(
+        "solo_description/robots/solo12.urdf", {"fl": "FL_FOOT", "fr": "FR_FOOT", "rl": "HL_FOOT", "rr": "HR_FOOT"}
+    ),
+    "go2": _File("go2_description/urdf/go2.urdf", {"fl": "FL_foot", "fr": "FR_foot", "rl": "RL_foot", "rr": "RR_foot"}),
+    "anymal_b": _File(
+        "anymal_b_simple_description/robots/anymal.urdf",
+        {"fl": "LF_FOOT", "fr": "RF_FOOT", "rl": "LH_FOOT", "rr": "RH_FOOT"},
+    ),
+}
+NAMES = (*CATALOGUE, *_FILES)
+
+# Symmetric to 1.5e-4 (Solo12), 8.5e-4 (Go2) and 6.6e-3 (ANYmal B) of their inertias, measured by the mirror itself.
+SYMMETRY_TOLERANCE = 1e-2
+
+
+def _folder() -> Path | None:
+    try:
+        found = metadata.distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
+    except metadata.PackageNotFoundError:
+        return None
+    return Path(str(found))
+
+
+def _parameter(name: str) -> object:
+    missing = name in _FILES and _folder() is None
+    return pytest.param(name, marks=pytest.mark.skipif(missing, reason="the wheel example-robot-data is not installed"))
+
+
+ROBOTS = [_parameter(name) for name in NAMES]
+"""Parameters for ``pytest.mark.parametrize("name", ROBOTS)``."""
+
+
+def path(name: str) -> Path:
+    """The URDF file of a robot."""
+    if name in CATALOGUE:
+        return Path(str(resources.files("amble.robot.catalogue") / f"{name}.urdf"))
+    folder = _folder()
+    if folder is None:
+        pytest.skip("the wheel example-robot-data is not installed")
+    return folder / _FILES[name].path
+
+
+@lru_cache(maxsize=16)
+def robot(name: str) -> Robot:
+    """A robot by its name in ``NAMES``."""
+    if name in CATALOGUE:
+        return catalogue.load(name)
+    return load_robot(path(name), _FILES[name].feet, name=name, symmetry_tolerance=SYMMETRY_TOLERANCE)
+
+
+def random_states(of: Robot, count: int, seed: int = 0) -> tuple[Matrix, Matrix]:
+    """Coordinates and velocities, (count, n_q) each: angles over a full turn, but pitch at most 1.2 rad."""
+    generator = np.random.default_rng(seed)
+    q = generator.uniform(-np.pi, np.pi, (count, of.size))
+    q[:, 4] *= 1.2 / np.pi
+    return q, generator.normal(0.0, 2.0, (count, of.size))
