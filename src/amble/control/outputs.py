@@ -5,9 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from amble.errors import InputError, UnknownNameError
-from amble.hybrid import GaitPattern
+import numpy as np
 
+from amble.errors import InputError, UnknownNameError
+from amble.hybrid import GaitPattern, Stance
+from amble.robot import Robot, kinematics
+from amble.types import Matrix, Vector
+
+LATERAL = 0.9
+"""Share of a joint's axis along the base's y axis from which the joint counts as a pitch joint."""
 
 @dataclass(frozen=True)
 class DomainOutputs:
@@ -30,3 +36,95 @@ class Outputs:
             if candidate.domain == domain:
                 return candidate
         raise UnknownNameError("domain", domain, [d.domain for d in self.domains])
+
+
+def controllable(robot: Robot) -> tuple[str, ...]:
+    """Return the names of y_a: roll, pitch, yaw and the joints."""
+    return robot.coordinate_names[3:]
+
+
+def actuated_freedoms(robot: Robot, feet: Sequence[str]) -> int:
+    """Return rank G of a stance on point feet: joints less the internal forces (theory.md, section 2)."""
+    null = {0: 0, 1: 0, 2: 1, 3: 3, 4: 6}
+    if len(feet) not in null:
+        raise InputError(f"stances of up to four feet are supported, not {len(feet)}")
+    return len(robot.joints) - null[len(feet)]
+
+
+def joint_outputs(
+    pattern: GaitPattern, order: int = 4, free: Mapping[str, Sequence[str]] | None = None
+) -> Outputs:
+    """Control all joints but as many as the stance leaves unactuated.
+
+    Args:
+        pattern: the gait pattern.
+        order: order of the Bezier curves, at least 3.
+        free: solved domain -> joints left out. By default, for two stance feet, the pitch joint of the rear stance
+            leg: of the leg whose hip lies further back, the first joint whose axis is lateral.
+
+    Raises:
+        InputError: the number of joints left out does not fit the stance, or none is known by default.
+        UnknownNameError: a domain or joint that does not exist.
+    """
+    if order < 3:
+        raise InputError(f"the order of the output curves is {order}; at least 3 is needed to meet both ends")
+    known = [stance.name for stance in pattern.solved]
+    for name in free or {}:
+        if name not in known:
+            raise UnknownNameError("domain", name, known)
+    domains = []
+    for stance in pattern.solved:
+        left_out = tuple((free or {}).get(stance.name, ())) or rear_hip_pitch(pattern.robot, stance)
+        domains.append(_domain_outputs(pattern.robot, stance, left_out))
+    return Outputs(tuple(domains), order)
+
+
+def selection_matrix(robot: Robot, outputs: DomainOutputs) -> Matrix:
+    """Return H_0: the rows of the identity over y_a that pick the controlled coordinates, (n_y, n_a)."""
+    names = controllable(robot)
+    matrix = np.zeros((len(outputs.coordinates), len(names)))
+    for row, coordinate in enumerate(outputs.coordinates):
+        matrix[row, names.index(coordinate)] = 1.0
+    return matrix
+
+
+def rear_hip_pitch(robot: Robot, stance: Stance) -> tuple[str, ...]:
+    """Return the joint that a two-foot stance leaves out: the first lateral-axis joint of the rearmost stance leg.
+
+    Raises:
+        InputError: the stance does not have two feet, or no such joint exists.
+    """
+    if actuated_freedoms(robot, stance.feet) == len(robot.joints):
+        return ()
+    if len(stance.feet) != 2:
+        raise InputError(
+            f"which joints stance '{stance.name}' with {len(stance.feet)} feet leaves out has no default; "
+            "name them with free={...}"
+        )
+    poses = {foot: [_at_zero(robot, joint) for joint in robot.legs[foot]] for foot in stance.feet}
+    rear = min(stance.feet, key=lambda foot: poses[foot][0][1][0])
+    for joint, (axis, _) in zip(robot.legs[rear], poses[rear], strict=True):
+        if abs(axis[1]) > LATERAL:
+            return (joint,)
+    raise InputError(f"no joint of leg '{rear}' turns about the lateral axis; name the free joint with free={{...}}")
+
+
+def _at_zero(robot: Robot, joint: str) -> tuple[Vector, Vector]:
+    """Axis and origin of a joint in the base frame, all joints at zero."""
+    record = robot.joint(joint)
+    rotation, origin = kinematics.link_pose(robot, record.child, np.zeros(robot.size))
+    return np.asarray(rotation) @ record.axis, np.asarray(origin).ravel()
+
+
+def _domain_outputs(robot: Robot, stance: Stance, left_out: tuple[str, ...]) -> DomainOutputs:
+    for joint in left_out:
+        if joint not in robot.joint_names:
+            raise UnknownNameError("joint", joint, robot.joint_names)
+    wanted = actuated_freedoms(robot, stance.feet)
+    chosen = tuple(joint for joint in robot.joint_names if joint not in left_out)
+    if len(chosen) != wanted:
+        raise InputError(
+            f"stance '{stance.name}' has {wanted} actuated degrees of freedom, but {len(chosen)} outputs "
+            f"(left out: {', '.join(left_out) or 'none'})"
+        )
+    return DomainOutputs(stance.name, chosen)

@@ -1,1 +1,1 @@
-"""maths."""
+"""Bezier curves, collocation schemes, small linear algebra."""

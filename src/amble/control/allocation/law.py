@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
+
+from amble.robot import Robot
 
 
 @dataclass(frozen=True)
 class Redundancy:
-    """All torques that realise the motion at one state: u(s) = torques + null @ s, forces(s) = forces + squeeze @ s.
+    """All torques that realise one motion: u(s) = torques + null @ s, forces(s) = forces + squeeze @ s.
+
+    In the controller ``torques`` is the minimum-norm member; in the gait problem it is the variable itself.
 
     Attributes:
-        torques: the minimum-norm torques, (n_joints,), N m.
+        robot: the robot, for names and limits.
+        feet: the stance feet, in the robot's foot order.
+        torques: one particular torque, (n_joints,), N m.
         null: basis of the torques that cause no acceleration, (n_joints, k), N m.
         forces: contact forces that go with ``torques``, world frame, (3 n_c,), N.
         squeeze: internal contact forces that go with ``null``, (3 n_c, k), N.
         speeds: joint velocities, (n_joints,), rad/s.
     """
 
+    robot: Robot
+    feet: tuple[str, ...]
     torques: ca.SX
     null: ca.SX
     forces: ca.SX
@@ -40,10 +50,19 @@ class AllocationLaw(ABC):
     def name(self) -> str:
         """Short name, as used in files and on the command line."""
 
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The law's parameters as plain JSON values; with the name they rebuild the law."""
+        return {}
+
     @abstractmethod
-    def rows(self, torques: ca.SX, null: ca.SX) -> ca.SX:
-        """Return k expressions that vanish exactly where ``torques`` obey the law; they close the gait problem."""
+    def rows(self, redundancy: Redundancy) -> ca.SX:
+        """Return k expressions that vanish exactly where the torques obey the law; they close the gait problem.
+
+        Raises:
+            InputError: where the law is not smooth, so that no such rows exist.
+        """
 
     @abstractmethod
     def choose(self, redundancy: Redundancy) -> ca.SX:
-        """Return s, (k,): the closed form of the law in the controller."""
+        """Return s, (k,): the closed form of the law in the controller, from the minimum-norm torques."""

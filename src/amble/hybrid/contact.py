@@ -1,0 +1,89 @@
+"""Contact: rigid point feet that neither slip nor sink, and the plastic impact when feet land (paper, sections 2.2, 2.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from amble.maths.linear_algebra import SymmetricFactor
+from amble.robot import Robot, dynamics, kinematics
+
+
+@dataclass(frozen=True)
+class ConstrainedDynamics:
+    """The motion of a robot that stands on some feet, affine in the torques.
+
+    With D a + h = B u + J^T lambda and J a + Jdot v = 0 (paper, eq. 2):
+    a = free_acceleration + input_map u, lambda = free_force + force_map u.
+
+    Attributes:
+        free_acceleration: f0, (n_q,).
+        input_map: G, (n_q, n_joints).
+        free_force: lambda at zero torque, world frame, (3 n_c,), N.
+        force_map: d lambda / d u, (3 n_c, n_joints).
+        jacobian: J of the stance feet, (3 n_c, n_q).
+        positions: stance feet, world frame, (3 n_c,), m.
+    """
+
+    free_acceleration: ca.SX
+    input_map: ca.SX
+    free_force: ca.SX
+    force_map: ca.SX
+    jacobian: ca.SX
+    positions: ca.SX
+
+
+def selection(robot: Robot) -> ca.SX:
+    """Return the actuation matrix B = [0; I], (n_q, n_joints)."""
+    joints = len(robot.joints)
+    return ca.SX(ca.vertcat(ca.DM(robot.size - joints, joints), ca.DM.eye(joints)))
+
+
+def stance_jacobian(robot: Robot, feet: Sequence[str], q: ca.SX) -> ca.SX:
+    """Return the stacked Jacobians of the feet, (3 n_c, n_q)."""
+    return ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in feet], ca.SX(0, robot.size))
+
+
+def stance_bias(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) -> ca.SX:
+    """Return the stacked accelerations Jdot v of the feet, (3 n_c,)."""
+    return ca.vertcat(*[kinematics.foot_bias(robot, foot, q, v) for foot in feet], ca.SX(0, 1))
+
+
+def constrained_dynamics(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) -> ConstrainedDynamics:
+    """Eliminate the contact forces of the stance feet (paper, eq. 2 and 3)."""
+    # shorthand
+    D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
+    h = dynamics.bias(robot, q, v)
+    J, Jdv = stance_jacobian(robot, feet, q), stance_bias(robot, feet, q, v)
+    B = selection(robot)
+
+    positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1))
+    motion, inputs = -D.solve(h), D.solve(B)
+    if not feet:
+        return ConstrainedDynamics(motion, inputs, ca.SX(0, 1), ca.SX(0, len(robot.joints)), J, positions)
+    Y = D.solve(J.T)
+    apparent = SymmetricFactor.of(J @ Y)  # J D^-1 J^T, the inverse of the mass seen at the feet
+    free_force = -apparent.solve(J @ motion + Jdv)
+    force_map = -apparent.solve(J @ inputs)
+    return ConstrainedDynamics(
+        motion + Y @ free_force, inputs + Y @ force_map, free_force, force_map, J, positions
+    )
+
+
+def impact(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return the velocities after a plastic impact that stops the feet, (n_q,), and the impulse, (3 n_c,), N s.
+
+    D (v+ - v) = J^T iota and J v+ = 0 (paper, eq. 4, where the transpose of J is missing).
+    """
+    D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
+    J = stance_jacobian(robot, feet, q)
+    Y = D.solve(J.T)
+    impulse = -SymmetricFactor.of(J @ Y).solve(J @ v)
+    return v + Y @ impulse, impulse
+
+
+def _elimination_order(robot: Robot) -> list[int]:
+    """Order that factors the mass matrix without fill: joints from the feet upwards, the base last."""
+    return list(range(robot.size - 1, -1, -1))

@@ -1,0 +1,233 @@
+"""A sparse nonlinear program assembled from small compiled blocks: each function is repeated over index sets.
+
+Every derivative is exact and every nonzero has a fixed place, so that an iteration of the solver only calls the
+blocks' compiled code and scatters their numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.codegen import compile_all
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A vector function of some variables, repeated over instances.
+
+    Attributes:
+        name: the block's name, unique in a program.
+        variables: symbol w of the local variables, (n_w,).
+        constants: symbol c that differs between instances (a node's phase, say), (n_c,).
+        parameters: symbol of the program's parameters, the same everywhere, (n_p,).
+        rows: expressions of the constraint rows, (n_r,).
+        cost: scalar expression added to the objective.
+        labels: name of every row.
+        columns: indices of the program's variables, (instances, n_w); distinct within an instance.
+        values: value of the constants, (instances, n_c).
+        places: name of every instance, such as "D1 node 3".
+        lower: lower bounds of the rows, (instances, n_r).
+        upper: upper bounds of the rows, (instances, n_r).
+    """
+
+    name: str
+    variables: ca.SX
+    constants: ca.SX
+    parameters: ca.SX
+    rows: ca.SX
+    cost: ca.SX
+    labels: tuple[str, ...]
+    columns: Index
+    values: NDArray[np.float64]
+    places: tuple[str, ...]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+
+    @property
+    def instances(self) -> int:
+        """How often the block is repeated."""
+        return int(self.columns.shape[0])
+
+
+@dataclass(frozen=True)
+class Program:
+    """The functions of a nonlinear program in scaled variables; parameters keep their units.
+
+    Attributes:
+        nlp: (x, p) -> (f, g).
+        gradient: (x, p) -> (f, df/dx).
+        jacobian: (x, p) -> (g, dg/dx).
+        hessian: (x, p, lam_f, lam_g) -> upper triangle of the Hessian of the Lagrangian.
+        row_names: name of every row of g.
+        lower: lower bounds of g.
+        upper: upper bounds of g.
+    """
+
+    nlp: ca.Function
+    gradient: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+    row_names: tuple[str, ...]
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Compiled functions of a block and the local sparsity of its derivatives."""
+
+    value: ca.Function
+    gradient: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+    jacobian_pattern: ca.Sparsity
+    hessian_pattern: ca.Sparsity
+
+
+def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_count: int) -> Program:
+    """Assemble blocks into one program.
+
+    Args:
+        blocks: the blocks; their rows follow each other in this order, instance by instance.
+        scale: size of one unit of every scaled variable, (n_x,).
+        parameter_count: number of parameters n_p.
+    """
+    x, p = ca.MX.sym("x", scale.size), ca.MX.sym("p", parameter_count)
+    natural = x * ca.DM(scale)
+    pieces = {block.name: symbolic_pieces(block) for block in blocks}
+    compiled = _compile(pieces)
+    rows, costs = [], []
+    for block in blocks:
+        value = _mapped(compiled[block.name].value, block, natural, p)
+        rows.append(ca.vec(value[0]))
+        costs.append(ca.sum2(value[1]))
+    g, f = ca.vertcat(*rows), sum(costs)
+    slopes = [_mapped(compiled[b.name].gradient, b, natural, p)[0] for b in blocks]
+    gradient = _scatter(ca.vertcat(*[ca.vec(s) for s in slopes]), _gradient_places(blocks), scale)
+    entries = [_mapped(compiled[b.name].jacobian, b, natural, p)[0] for b in blocks]
+    jacobian = _scatter(
+        ca.vertcat(*[ca.vec(e) for e in entries]), _jacobian_places(blocks, compiled), scale, g.shape[0]
+    )
+    lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", g.shape[0])
+    curvature, offset = [], 0
+    for block in blocks:
+        count = block.instances * block.rows.shape[0]
+        multipliers = ca.reshape(lam_g[offset : offset + count], block.rows.shape[0], block.instances)
+        curvature.append(_mapped(compiled[block.name].hessian, block, natural, p, multipliers, lam_f)[0])
+        offset += count
+    hessian = _scatter_symmetric(
+        ca.vertcat(*[ca.vec(c) for c in curvature]), _hessian_places(blocks, compiled), scale
+    )
+    return Program(
+        ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
+        ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
+        ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
+        ca.Function("nlp_hess_l", [x, p, lam_f, lam_g], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]),
+        tuple(f"{place} {label}" for block in blocks for place in block.places for label in block.labels),
+        np.concatenate([block.lower.ravel() for block in blocks]),
+        np.concatenate([block.upper.ravel() for block in blocks]),
+    )
+
+
+def symbolic_pieces(block: Block) -> _Pieces:
+    """Differentiate a block: value, gradient of the cost, nonzeros of the Jacobian and of the Lagrangian's Hessian."""
+    w, c, p = block.variables, block.constants, block.parameters
+    multipliers, weight = ca.SX.sym("lam", block.rows.shape[0]), ca.SX.sym("sigma")
+    lagrangian = weight * block.cost + ca.dot(multipliers, block.rows)
+    jacobian = ca.jacobian(block.rows, w)
+    hessian = ca.triu(ca.hessian(lagrangian, w)[0])
+    rows = ca.densify(block.rows)
+    return _Pieces(
+        ca.Function(f"{block.name}_value", [w, c, p], [rows, ca.densify(block.cost)]),
+        ca.Function(f"{block.name}_gradient", [w, c, p], [ca.densify(ca.gradient(block.cost, w))]),
+        ca.Function(f"{block.name}_jacobian", [w, c, p], [_nonzeros(jacobian)]),
+        ca.Function(f"{block.name}_hessian", [w, c, p, multipliers, weight], [_nonzeros(hessian)]),
+        jacobian.sparsity(),
+        hessian.sparsity(),
+    )
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
+
+
+def _compile(pieces: dict[str, _Pieces]) -> dict[str, _Pieces]:
+    sources = {name: [p.value, p.gradient, p.jacobian, p.hessian] for name, p in pieces.items()}
+    native = compile_all(sources)
+    return {
+        name: _Pieces(*(native[name][f.name()] for f in sources[name]), p.jacobian_pattern, p.hessian_pattern)
+        for name, p in pieces.items()
+    }
+
+
+def _mapped(
+    function: ca.Function, block: Block, natural: ca.MX, p: ca.MX, *more: ca.MX
+) -> list[ca.MX]:
+    """Evaluate a block's function at all instances: every result has one column an instance."""
+    count = block.instances
+    local = ca.reshape(natural[block.columns.ravel().tolist()], block.columns.shape[1], count)
+    constants = ca.DM(block.values.T) if block.values.size else ca.DM(0, count)
+    arguments = [local, constants, ca.repmat(p, 1, count)]
+    arguments += [a if a.shape[1] == count else ca.repmat(a, 1, count) for a in more]
+    result = function.map(count)(*arguments)
+    return list(result) if isinstance(result, (tuple, list)) else [result]
+
+
+def _gradient_places(blocks: Sequence[Block]) -> Index:
+    return np.concatenate([block.columns.ravel() for block in blocks])
+
+
+def _jacobian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tuple[Index, Index]:
+    rows, columns, offset = [], [], 0
+    for block in blocks:
+        local_row, local_column = (np.array(t, dtype=np.int64) for t in pieces[block.name].jacobian_pattern.get_triplet())
+        start = offset + np.arange(block.instances)[:, None] * block.rows.shape[0]
+        rows.append((start + local_row).ravel())
+        columns.append(block.columns[:, local_column].ravel())
+        offset += block.instances * block.rows.shape[0]
+    return np.concatenate(rows), np.concatenate(columns)
+
+
+def _hessian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tuple[Index, Index]:
+    first, second = [], []
+    for block in blocks:
+        a, b = (np.array(t, dtype=np.int64) for t in pieces[block.name].hessian_pattern.get_triplet())
+        first.append(block.columns[:, a].ravel())
+        second.append(block.columns[:, b].ravel())
+    rows, columns = np.concatenate(first), np.concatenate(second)
+    return np.minimum(rows, columns), np.maximum(rows, columns)
+
+
+def _scatter(
+    values: ca.MX, places: Index | tuple[Index, Index], scale: NDArray[np.float64], height: int = 0
+) -> ca.MX:
+    """Add values into a vector (one index array) or a matrix (rows, columns), in scaled variables."""
+    if isinstance(places, tuple):
+        rows, columns = places
+        return _sum_into(values * ca.DM(scale[columns]), rows, columns, (height, scale.size))
+    ones = ca.DM.triplet(places.tolist(), list(range(places.size)), ca.DM(scale[places]), scale.size, places.size)
+    return ca.densify(ones @ values)
+
+
+def _scatter_symmetric(values: ca.MX, places: tuple[Index, Index], scale: NDArray[np.float64]) -> ca.MX:
+    rows, columns = places
+    return _sum_into(values * ca.DM(scale[rows] * scale[columns]), rows, columns, (scale.size, scale.size))
+
+
+def _sum_into(values: ca.MX, rows: Index, columns: Index, shape: tuple[int, int]) -> ca.MX:
+    """Place values in a sparse matrix; values with the same place add up."""
+    key = columns * shape[0] + rows
+    unique, inverse = np.unique(key, return_inverse=True)
+    pattern = ca.Sparsity.triplet(*shape, (unique % shape[0]).tolist(), (unique // shape[0]).tolist())
+    if unique.size == key.size:
+        order = np.argsort(inverse)
+        return ca.MX(pattern, values[order.tolist()])
+    total = ca.DM.triplet(inverse.tolist(), list(range(key.size)), ca.DM.ones(key.size), unique.size, key.size)
+    return ca.MX(pattern, ca.densify(total @ values))

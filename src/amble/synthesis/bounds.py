@@ -1,0 +1,51 @@
+"""Bounds of the variables, from the limits of the problem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.problem import GaitProblem
+
+Bounds = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+COEFFICIENT_RANGE = 10.0
+"""Bezier coefficients are angles; this only keeps the solver from running away, rad."""
+
+
+def variable_bounds(problem: GaitProblem, layout: Layout) -> Bounds:
+    """Return lower and upper bounds of the unscaled variables, (n_x,) each."""
+    lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
+    for number, domain in enumerate(layout.domains):
+        _bound_domain(problem, domain, lower, upper)
+        if number == 0:
+            # Flat ground is the same everywhere, so the start is put at x = 0; the mirror fixes the lateral place.
+            pinned = [0] if problem.pattern.mirrored else [0, 1]
+            lower[domain.q[0][pinned]] = upper[domain.q[0][pinned]] = 0.0
+    durations = [problem.limits.durations[domain.stance.name] for domain in layout.domains]
+    lower[layout.period], upper[layout.period] = sum(d[0] for d in durations), sum(d[1] for d in durations)
+    return lower, upper
+
+
+def _bound_domain(
+    problem: GaitProblem, domain: DomainLayout, lower: NDArray[np.float64], upper: NDArray[np.float64]
+) -> None:
+    robot, limits = problem.pattern.robot, problem.limits
+    joints = robot.size - len(robot.joints)
+    lower[domain.duration], upper[domain.duration] = limits.durations[domain.stance.name]
+    lower[domain.coefficients], upper[domain.coefficients] = -COEFFICIENT_RANGE, COEFFICIENT_RANGE
+    for name, (low, high) in limits.positions.items():
+        place = domain.q[:, robot.coordinate_names.index(name)]
+        lower[place], upper[place] = low, high
+    for name, high in limits.speeds.items():
+        place = domain.v[:, joints + robot.joint_names.index(name)]
+        lower[place], upper[place] = -high, high
+    for name, high in limits.torques.items():
+        place = domain.u[:, robot.joint_names.index(name)]
+        lower[place], upper[place] = -high, high
+    lower[domain.a], upper[domain.a] = -limits.acceleration, limits.acceleration
+    lower[domain.force[:, 2::3]] = limits.normal_force
+    if domain.switch.lifting and not domain.switch.landing:
+        place = 3 * domain.stance.feet.index(domain.switch.lifting[0]) + 2
+        lower[domain.force[-1, place]] = upper[domain.force[-1, place]] = 0.0

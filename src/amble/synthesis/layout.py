@@ -1,0 +1,122 @@
+"""Where every variable of the gait problem stands in the solver's vector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.hybrid import Stance, Switch
+from amble.maths.collocation import HERMITE_SIMPSON, node_positions
+from amble.synthesis.problem import GaitProblem
+
+Index = NDArray[np.int64]
+
+SCALES = {"q": 1.0, "v": 1.0, "a": 20.0, "u": 10.0, "force": 50.0, "duration": 0.1, "coefficients": 1.0, "impulse": 1.0}
+"""Size of one unit of the scaled variables (theory.md, section 4: without scaling, twice the iterations)."""
+
+
+@dataclass(frozen=True)
+class DomainLayout:
+    """Indices of one domain's variables.
+
+    Attributes:
+        stance: the stance.
+        switch: the switch that ends it.
+        phases: node positions in [0, 1], (n,).
+        q: (n, n_q).
+        v: (n, n_q).
+        a: (n, n_q).
+        u: (n, n_joints).
+        force: (n, 3 n_c).
+        duration: (1,).
+        coefficients: (n_y (order + 1),), column by column.
+        impulse: (3 n_c of the next stance,), empty without landing.
+    """
+
+    stance: Stance
+    switch: Switch
+    phases: NDArray[np.float64]
+    q: Index
+    v: Index
+    a: Index
+    u: Index
+    force: Index
+    duration: Index
+    coefficients: Index
+    impulse: Index
+
+    @property
+    def nodes(self) -> int:
+        """Number of collocation nodes."""
+        return int(self.q.shape[0])
+
+    def place(self, node: int) -> str:
+        """Name of a node in row names."""
+        return f"{self.stance.name} node {node}"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Indices of all variables, and the scale of each.
+
+    Attributes:
+        domains: the solved domains.
+        period: index of the summed duration of the solved domains, (1,).
+        scale: (n_x,).
+    """
+
+    domains: tuple[DomainLayout, ...]
+    period: Index
+    scale: NDArray[np.float64]
+
+    @property
+    def size(self) -> int:
+        """Number of variables."""
+        return int(self.scale.size)
+
+
+class _Counter:
+    """Hands out consecutive indices; lives only while a layout is built."""
+
+    def __init__(self) -> None:
+        self.scales: list[float] = []
+
+    def take(self, kind: str, count: int) -> Index:
+        start = len(self.scales)
+        self.scales.extend([SCALES[kind]] * count)
+        return np.arange(start, start + count)
+
+
+def build_layout(problem: GaitProblem) -> Layout:
+    """Order the variables along time: node by node, then the domain's own."""
+    counter = _Counter()
+    pairs = zip(problem.pattern.solved, problem.pattern.switches, strict=True)
+    domains = tuple(_domain(problem, stance, switch, counter) for stance, switch in pairs)
+    period = counter.take("duration", 1)
+    return Layout(domains, period, np.array(counter.scales))
+
+
+def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Counter) -> DomainLayout:
+    robot = problem.pattern.robot
+    phases = node_positions(HERMITE_SIMPSON, problem.intervals)
+    sizes = {
+        "q": robot.size,
+        "v": robot.size,
+        "a": robot.size,
+        "u": len(robot.joints),
+        "force": 3 * len(stance.feet),
+    }
+    rows: dict[str, list[Index]] = {kind: [] for kind in sizes}
+    duration = counter.take("duration", 1)
+    outputs = len(problem.outputs.of(stance.name).coordinates)
+    coefficients = counter.take("coefficients", outputs * (problem.outputs.order + 1))
+    for _ in phases:
+        for kind, size in sizes.items():
+            rows[kind].append(counter.take(kind, size))
+    impulse = counter.take("impulse", 3 * len(switch.target.feet) if switch.landing else 0)
+    stacked = {kind: np.array(index) for kind, index in rows.items()}
+    return DomainLayout(
+        stance, switch, phases, duration=duration, coefficients=coefficients, impulse=impulse, **stacked
+    )

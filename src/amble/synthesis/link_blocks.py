@@ -1,0 +1,150 @@
+"""Rows between nodes and between domains: collocation defects, entry of the outputs, impacts, periodicity."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from amble.hybrid import stance_jacobian
+from amble.maths.bezier import bezier
+from amble.maths.collocation import HERMITE_SIMPSON
+from amble.robot import dynamics, kinematics
+from amble.synthesis.assembly import Block
+from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.node_block import ProgramParameters, output_indices
+from amble.synthesis.problem import GaitProblem
+
+NO_COST = ca.SX(1, 1)
+
+
+def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
+    """Collocation: every inner and end node of an interval follows from its rates (``HERMITE_SIMPSON``)."""
+    names = problem.pattern.robot.coordinate_names
+    size, stages = len(names), HERMITE_SIMPSON.nodes.size
+    q, v, a = (ca.SX.sym(letter, size, stages) for letter in "qva")
+    T, part = ca.SX.sym("T"), ca.SX.sym("part")
+    rows, labels = [], []
+    for stage in range(1, stages):
+        weights = ca.DM(HERMITE_SIMPSON.integration[stage])
+        rows += [q[:, 0] + T * part * (v @ weights) - q[:, stage], v[:, 0] + T * part * (a @ weights) - v[:, stage]]
+        labels += [f"defect {kind}{name} stage {stage}" for kind in ("", "rate of ") for name in names]
+    starts = np.arange(problem.intervals) * (stages - 1)
+    steps = [(starts + stage) for stage in range(stages)]
+    columns = [kind[step] for kind in (domain.q, domain.v, domain.a) for step in steps]
+    count = problem.intervals
+    zeros = np.zeros((count, len(labels)))
+    return Block(
+        f"defect_{domain.stance.name}",
+        ca.vertcat(ca.vec(q), ca.vec(v), ca.vec(a), T),
+        part,
+        ProgramParameters.symbols().packed(),
+        ca.vertcat(*rows),
+        NO_COST,
+        tuple(labels),
+        np.hstack([*columns, np.tile(domain.duration, (count, 1))]),
+        np.full((count, 1), 1.0 / count),
+        tuple(f"{domain.stance.name} interval {k}" for k in range(count)),
+        zeros,
+        zeros,
+    )
+
+
+def entry_block(problem: GaitProblem, domain: DomainLayout) -> Block:
+    """y = 0 and y' = 0 at the first node; with the output dynamics they vanish all along the domain."""
+    controlled = output_indices(problem, domain)
+    size = problem.pattern.robot.size
+    q, v, T = ca.SX.sym("q", size), ca.SX.sym("v", size), ca.SX.sym("T")
+    alpha = ca.SX.sym("alpha", len(controlled), problem.outputs.order + 1)
+    value, slope, _ = bezier(alpha, ca.SX(0))
+    names = problem.outputs.of(domain.stance.name).coordinates
+    labels = [f"output {name}" for name in names] + [f"output rate {name}" for name in names]
+    zeros = np.zeros((1, len(labels)))
+    return Block(
+        f"entry_{domain.stance.name}",
+        ca.vertcat(q, v, T, ca.vec(alpha)),
+        ca.SX(0, 1),
+        ProgramParameters.symbols().packed(),
+        ca.vertcat(q[controlled] - value, v[controlled] * T - slope),
+        NO_COST,
+        tuple(labels),
+        np.concatenate([domain.q[0], domain.v[0], domain.duration, domain.coefficients])[None, :],
+        np.zeros((1, 0)),
+        (f"{domain.stance.name} entry",),
+        zeros,
+        zeros,
+    )
+
+
+def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
+    """The reset into the next domain: impact, mirror and periodicity, guard, touchdown velocity."""
+    robot = problem.pattern.robot
+    domain = layout.domains[number]
+    last = number == len(layout.domains) - 1
+    following = layout.domains[0 if last else number + 1]
+    switch = domain.switch
+    # shorthand
+    qm, vm, qp, vp = (ca.SX.sym(name, robot.size) for name in ("q_minus", "v_minus", "q_plus", "v_plus"))
+    impulse, period = ca.SX.sym("impulse", domain.impulse.size), ca.SX.sym("period")
+    parameters = ProgramParameters.symbols()
+
+    mirrored = last and problem.pattern.mirrored
+    q_next = robot.mirror.position(qp) if mirrored else qp
+    v_next = robot.mirror.position(vp) if mirrored else vp
+    advance = ca.vertcat(parameters.speed * period, ca.SX.zeros(robot.size - 1)) if last else ca.SX.zeros(robot.size)
+    continuity = q_next + advance - qm
+    names = robot.coordinate_names
+    rows, labels, upper = [continuity], [f"continuity {name}" for name in names], [0.0] * robot.size
+    lower = [0.0] * robot.size
+    if switch.landing:
+        J = stance_jacobian(robot, switch.target.feet, qm)
+        mass = dynamics.mass_matrix(robot, qm)
+        rows += [(mass @ (v_next - vm) - J.T @ impulse), J @ v_next]
+        labels += [f"impact {name}" for name in names]
+        labels += [f"impact {foot} {axis}" for foot in switch.target.feet for axis in "xyz"]
+        lower += [0.0] * (robot.size + J.shape[0])
+        upper += [0.0] * (robot.size + J.shape[0])
+        for foot in switch.landing:
+            rows += [kinematics.foot_position(robot, foot, qm)[2], kinematics.foot_jacobian(robot, foot, qm) @ vm]
+            labels += [f"touchdown height {foot}", *(f"touchdown velocity {foot} {axis}" for axis in "xyz")]
+            lower += [0.0, *(interval[0] for interval in problem.limits.touchdown_velocity)]
+            upper += [0.0, *(interval[1] for interval in problem.limits.touchdown_velocity)]
+    else:
+        rows.append(v_next - vm)
+        labels += [f"continuity rate of {name}" for name in names]
+        lower += [0.0] * robot.size
+        upper += [0.0] * robot.size
+    columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
+    return Block(
+        f"switch_{domain.stance.name}",
+        ca.vertcat(qm, vm, qp, vp, impulse, period),
+        ca.SX(0, 1),
+        parameters.packed(),
+        ca.vertcat(*rows),
+        NO_COST,
+        tuple(labels),
+        np.concatenate(columns)[None, :],
+        np.zeros((1, 0)),
+        (switch.name,),
+        np.array([lower]),
+        np.array([upper]),
+    )
+
+
+def period_block(layout: Layout) -> Block:
+    """The period is the sum of the durations."""
+    durations, period = ca.SX.sym("durations", len(layout.domains)), ca.SX.sym("period")
+    columns = np.concatenate([*(domain.duration for domain in layout.domains), layout.period])
+    return Block(
+        "period",
+        ca.vertcat(durations, period),
+        ca.SX(0, 1),
+        ProgramParameters.symbols().packed(),
+        period - ca.sum1(durations),
+        NO_COST,
+        ("sum of durations",),
+        columns[None, :],
+        np.zeros((1, 0)),
+        ("period",),
+        np.zeros((1, 1)),
+        np.zeros((1, 1)),
+    )

@@ -1,0 +1,172 @@
+"""Rows at every collocation node: dynamics, contacts, output dynamics, allocation law, friction, swing height, cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from amble.control import Redundancy, internal_forces
+from amble.hybrid import selection, stance_bias, stance_jacobian
+from amble.maths.bezier import bezier
+from amble.maths.collocation import HERMITE_SIMPSON, node_weights
+from amble.robot import dynamics, kinematics
+from amble.synthesis.assembly import Block
+from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.problem import GaitProblem
+
+FORCE_UNIT = 10.0
+"""Scale of force and torque rows, N and N m, so that rows of all kinds have similar size."""
+
+
+@dataclass(frozen=True)
+class ProgramParameters:
+    """Symbols of the numbers that may change without compiling again: speed, gains, friction."""
+
+    speed: ca.SX
+    gains: ca.SX
+    friction: ca.SX
+
+    @classmethod
+    def symbols(cls) -> ProgramParameters:
+        """Create the symbols."""
+        return cls(ca.SX.sym("speed"), ca.SX.sym("gains", 2), ca.SX.sym("friction"))
+
+    def packed(self) -> ca.SX:
+        """One column."""
+        return ca.vertcat(self.speed, self.gains, self.friction)
+
+
+def parameter_values(problem: GaitProblem) -> np.ndarray:
+    """Return the values in the order of ``ProgramParameters.packed``."""
+    return np.array([problem.speed, *problem.gains, problem.limits.friction])
+
+
+def output_indices(problem: GaitProblem, domain: DomainLayout) -> list[int]:
+    """Return the places of the controlled coordinates in q."""
+    names = problem.pattern.robot.coordinate_names
+    return [names.index(name) for name in problem.outputs.of(domain.stance.name).coordinates]
+
+
+def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Block:
+    """Build the rows of all nodes of a domain."""
+    robot, feet = problem.pattern.robot, domain.stance.feet
+    # shorthand
+    q, v, a = (ca.SX.sym(letter, robot.size) for letter in "qva")
+    u, lam = ca.SX.sym("u", len(robot.joints)), ca.SX.sym("lambda", 3 * len(feet))
+    T, period = ca.SX.sym("T"), ca.SX.sym("period")
+    alpha = ca.SX.sym("alpha", len(output_indices(problem, domain)), problem.outputs.order + 1)
+    phase, weight = ca.SX.sym("phase"), ca.SX.sym("weight")
+    parameters = ProgramParameters.symbols()
+
+    J = stance_jacobian(robot, feet, q)
+    motion = dynamics.inverse_dynamics(robot, q, v, a) - selection(robot) @ u - J.T @ lam
+    contact = J @ a + stance_bias(robot, feet, q, v)
+    outputs = _output_dynamics(problem, domain, (q, v, a), (alpha, T, phase), parameters)
+    law = _law_rows(problem, domain, q, v, u, lam, J)
+    cones = _friction_rows(len(feet), lam, parameters)
+    swing = [foot for foot in robot.foot_names if foot not in feet]
+    heights = ca.vertcat(*[kinematics.foot_position(robot, foot, q)[2] for foot in swing], ca.SX(0, 1))
+    labels = (
+        [f"dynamics {name}" for name in robot.coordinate_names]
+        + [f"contact {foot} {axis}" for foot in feet for axis in "xyz"]
+        + [f"output {name}" for name in problem.outputs.of(domain.stance.name).coordinates]
+        + [f"law {problem.law.name} {i}" for i in range(law.shape[0])]
+        + [f"friction {foot} {side}" for foot in feet for side in ("+x", "-x", "+y", "-y")]
+        + [f"height {foot}" for foot in swing]
+    )
+    equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
+    lower, upper = _bounds(problem, domain, equalities, swing)
+    variables = ca.vertcat(q, v, a, u, lam, T, ca.vec(alpha), period)
+    common = np.concatenate([domain.duration, domain.coefficients, layout.period])
+    columns = np.hstack([domain.q, domain.v, domain.a, domain.u, domain.force, np.tile(common, (domain.nodes, 1))])
+    return Block(
+        f"node_{domain.stance.name}",
+        variables,
+        ca.vertcat(phase, weight),
+        parameters.packed(),
+        ca.vertcat(motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, heights),
+        weight * T / period * ca.sumsqr(u),  # mean squared torque with the scheme's own quadrature weights
+        tuple(labels),
+        columns,
+        np.column_stack([domain.phases, node_weights(HERMITE_SIMPSON, problem.intervals)]),
+        tuple(domain.place(node) for node in range(domain.nodes)),
+        lower,
+        upper,
+    )
+
+
+def _output_dynamics(
+    problem: GaitProblem,
+    domain: DomainLayout,
+    state: tuple[ca.SX, ca.SX, ca.SX],
+    curve: tuple[ca.SX, ca.SX, ca.SX],
+    parameters: ProgramParameters,
+) -> ca.SX:
+    """y'' + K_d y' + K_p y."""
+    controlled = output_indices(problem, domain)
+    q, v, a = (part[controlled] for part in state)
+    alpha, T, phase = curve
+    value, slope, curvature = bezier(alpha, phase)
+    kp, kd = parameters.gains[0], parameters.gains[1]
+    return (a - curvature / T**2) + kd * (v - slope / T) + kp * (q - value)
+
+
+def _law_rows(
+    problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX, J: ca.SX
+) -> ca.SX:
+    """Rows of the allocation law, built on the same null space as the controller's."""
+    robot, feet = problem.pattern.robot, domain.stance.feet
+    positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1))
+    squeeze = internal_forces(positions)
+    joints = len(robot.joints)
+    null = -J[:, robot.size - joints :].T @ squeeze if squeeze.shape[1] else ca.SX(joints, 0)
+    speeds = v[robot.size - joints :]
+    return ca.densify(problem.law.rows(Redundancy(robot, feet, u, null, lam, squeeze, speeds)))
+
+
+def _friction_rows(feet: int, lam: ca.SX, parameters: ProgramParameters) -> ca.SX:
+    """The pyramid inside the friction cone: mu / sqrt(2) f_z -+ f_x >= 0, and the same for y."""
+    inner = parameters.friction / np.sqrt(2.0)
+    rows = []
+    for foot in range(feet):
+        fx, fy, fz = lam[3 * foot], lam[3 * foot + 1], lam[3 * foot + 2]
+        rows += [inner * fz - fx, inner * fz + fx, inner * fz - fy, inner * fz + fy]
+    return ca.vertcat(*rows, ca.SX(0, 1))
+
+
+def _bounds(
+    problem: GaitProblem, domain: DomainLayout, equalities: int, swing: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Equalities are zero, cones not negative, swing feet above a parabola over their whole swing."""
+    cones = 4 * len(domain.stance.feet)
+    lower = np.zeros((domain.nodes, equalities + cones + len(swing)))
+    upper = np.zeros_like(lower)
+    upper[:, equalities:] = np.inf
+    for row, foot in enumerate(swing, start=equalities + cones):
+        first, last = swing_span(problem, domain, foot)
+        progress = first + (last - first) * domain.phases
+        lower[:, row] = problem.limits.clearance * 4.0 * progress * (1.0 - progress)
+        # At lift-off the foot is on the ground by continuity and at touchdown by the guard: a row there would repeat.
+        lower[progress < 1e-9, row] = -np.inf
+        lower[progress > 1.0 - 1e-9, row] = -np.inf
+    if domain.switch.lifting and not domain.switch.landing:
+        # The force of the lifting foot ends at the tip of its cone, where the four rows meet.
+        place = domain.stance.feet.index(domain.switch.lifting[0])
+        lower[-1, equalities + 4 * place : equalities + 4 * place + 4] = -np.inf
+    return lower, upper
+
+
+def swing_span(problem: GaitProblem, domain: DomainLayout, foot: str) -> tuple[float, float]:
+    """Return the parts of a foot's swing at which this domain begins and ends, counting domains."""
+    stances = problem.pattern.stances
+    here = [stance.name for stance in stances].index(domain.stance.name)
+    before = 0
+    while foot not in stances[here - before - 1].feet and before < len(stances):
+        before += 1
+    after = 0
+    while foot not in stances[(here + after + 1) % len(stances)].feet and after < len(stances):
+        after += 1
+    total = before + after + 1
+    return before / total, (before + 1) / total

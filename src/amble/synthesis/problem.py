@@ -1,0 +1,57 @@
+"""The gait problem: what is to be walked, by which law, within which limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from amble.control import AllocationLaw, Outputs
+from amble.errors import InputError, UnknownNameError
+from amble.gait import Limits
+from amble.hybrid import GaitPattern
+from amble.robot.catalogue import Posture
+
+
+@dataclass(frozen=True)
+class GaitProblem:
+    """Find the periodic motion that needs the smallest mean squared torque (paper, eq. 6).
+
+    Attributes:
+        pattern: the cyclic table of stances.
+        outputs: controlled coordinates and Bezier order.
+        law: the allocation law, obeyed at every node.
+        speed: required mean forward velocity, m/s.
+        limits: bounds of the motion and the contacts.
+        posture: where the solver starts: base height and joint angles.
+        intervals: Hermite-Simpson intervals in every domain.
+        gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
+    """
+
+    pattern: GaitPattern
+    outputs: Outputs
+    law: AllocationLaw
+    speed: float
+    limits: Limits
+    posture: Posture
+    intervals: int = 15
+    gains: tuple[float, float] = (100.0, 20.0)
+
+    def __post_init__(self) -> None:
+        """Check numbers and names."""
+        robot = self.pattern.robot
+        if not -100.0 < self.speed < 100.0:
+            raise InputError(f"the speed is {self.speed} m/s; it must be a number of reasonable size")
+        if self.intervals < 2:
+            raise InputError(f"{self.intervals} intervals a domain are too few; at least 2 are needed")
+        if not all(gain > 0.0 for gain in self.gains):
+            raise InputError(f"the output gains are {self.gains}; both must be positive")
+        stances = [stance.name for stance in self.pattern.solved]
+        for name in self.limits.durations:
+            if name not in stances:
+                raise UnknownNameError("domain", name, stances)
+        for mapping in (self.limits.speeds, self.limits.torques):
+            for name in mapping:
+                if name not in robot.joint_names:
+                    raise UnknownNameError("joint", name, robot.joint_names)
+        for name in self.limits.positions:
+            if name not in robot.coordinate_names:
+                raise UnknownNameError("coordinate", name, robot.coordinate_names)
