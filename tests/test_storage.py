@@ -29,9 +29,14 @@ def test_an_existing_file_is_replaced(tmp_path: Path) -> None:
 def test_an_interruption_leaves_the_last_good_file(tmp_path: Path, exception: type[BaseException]) -> None:
     path = tmp_path / "file.txt"
     path.write_text("good")
-    with pytest.raises(exception), replacing(path) as temporary:
-        temporary.write_text("ha")
-        raise exception
+
+    def interrupted() -> None:
+        with replacing(path) as temporary:
+            temporary.write_text("ha")
+            raise exception
+
+    with pytest.raises(exception):
+        interrupted()
     assert path.read_text() == "good"
     assert os.listdir(tmp_path) == ["file.txt"]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
-from collections.abc import Iterator
 from pathlib import Path
 
 import casadi as ca
@@ -19,13 +18,13 @@ needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler on
 
 
 @pytest.fixture(autouse=True)
-def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Give every test its own cache folder and forget the notices that were given."""
     monkeypatch.setenv("AMBLE_CACHE", str(tmp_path / "cache"))
     monkeypatch.delenv("AMBLE_COMPILER", raising=False)
     build._notice_interpreted.cache_clear()
     cache.fallback_folder.cache_clear()
-    yield tmp_path / "cache"
+    return tmp_path / "cache"
 
 
 def swing(name: str = "swing", shift: float = 0.0) -> ca.Function:
@@ -193,9 +192,7 @@ def test_full_disk_while_compiling_falls_back(
     assert not libraries(empty_cache)
 
 
-def test_full_disk_everywhere_is_interpreted(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_full_disk_everywhere_is_interpreted(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 
 import casadi as ca
@@ -144,7 +145,7 @@ def _libraries(units: Sequence[Unit], tool: Compiler) -> list[Path]:
         return paths
     texts = {path: unit.source() for path, unit in missing.items()}
     with ThreadPoolExecutor(max_workers=PARALLEL) as pool:
-        built = dict(zip(texts, pool.map(lambda item: _build(*item, tool), texts.items()), strict=True))
+        built = dict(zip(texts, pool.map(_build, texts, texts.values(), repeat(tool)), strict=True))
     return [built.get(path, path) for path in paths]
 
 

@@ -1,0 +1,169 @@
+"""A gait file reads back exactly, and whatever is wrong with it is said in one sentence."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from amble.control.allocation import DropActuator
+from amble.errors import InputError
+from amble.gait.files import load_gait, save_gait
+from amble.robot import catalogue
+from tests.gait.example import random_gait
+
+
+def assert_same(left: Any, right: Any) -> None:
+    """Compare two records field by field, numbers bit for bit."""
+    assert type(left) is type(right)
+    if isinstance(left, np.ndarray):
+        assert left.shape == right.shape
+        assert np.array_equal(left, right)
+    elif isinstance(left, Mapping):
+        assert list(left) == list(right)
+        for key in left:
+            assert_same(left[key], right[key])
+    elif isinstance(left, tuple):
+        assert len(left) == len(right)
+        for one, other in zip(left, right, strict=True):
+            assert_same(one, other)
+    elif dataclasses.is_dataclass(left):
+        for field in dataclasses.fields(left):
+            assert_same(getattr(left, field.name), getattr(right, field.name))
+    else:
+        assert left == right
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    return save_gait(random_gait(), tmp_path / "gait.json")
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("stabilised", [True, False])
+def test_round_trip_is_exact(tmp_path: Path, seed: int, stabilised: bool) -> None:
+    gait = random_gait(seed, DropActuator(("rl_hip_pitch", "rr_hip_pitch")), stabilised)
+    again = load_gait(save_gait(gait, tmp_path / "gait.json"))
+    assert_same(gait, again)
+    assert again.robot.hash == gait.robot.hash
+
+
+def test_the_file_is_strict_json_with_units(saved: Path) -> None:
+    tree = json.loads(saved.read_text(), parse_constant=pytest.fail)
+    assert tree["format_version"] == 1
+    assert tree["speed"] == {"value": 0.2, "unit": "m/s"}
+    assert tree["limits"]["torques"]["fl_knee"] == {"value": "inf", "unit": "N m"}
+    assert tree["domains"]["D1"]["positions"]["units"][:4] == ["m", "m", "m", "rad"]
+
+
+def test_arrays_of_a_loaded_gait_cannot_be_written(saved: Path) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        load_gait(saved).domains[0].positions[0, 0] = 1.0
+
+
+def test_the_right_robot_is_accepted(saved: Path) -> None:
+    assert load_gait(saved, catalogue.astro()).robot == catalogue.astro()
+
+
+def test_another_robot_is_refused(saved: Path) -> None:
+    with pytest.raises(InputError, match="gait of another robot"):
+        load_gait(saved, catalogue.astro_cad())
+
+
+def change(*path: str | int, to: Any = None) -> Callable[[Any], None]:
+    """Make a function that changes one entry of the tree; None removes it."""
+
+    def apply(tree: Any) -> None:
+        for key in path[:-1]:
+            tree = tree[key]
+        if to is None:
+            del tree[path[-1]]
+        else:
+            tree[path[-1]] = to
+
+    return apply
+
+
+WRONG = {
+    "version": (change("format_version", to=2), "format version 2; this package reads 1"),
+    "format": (change("format", to="other"), "not a gait file"),
+    "no version": (change("format_version"), "format version None"),
+    "missing part": (change("solver"), "'solver' is missing"),
+    "unknown part": (change("extra", to=1), "unknown key in gait file 'gait.json' 'extra'; known: format"),
+    "missing number": (change("domains", "D1", "duration"), "'duration' is missing"),
+    "unknown number": (change("domains", "D1", "phase", to=1), "unknown key .* 'phase'"),
+    "missing domain": (change("domains", "D2"), "'D2' is missing"),
+    "unknown joint in limits": (
+        change("limits", "speeds", "knee", to={}),
+        "unknown joint .* 'knee'; known: fl_hip_yaw",
+    ),
+    "unknown coordinate": (change("outputs", "domains", "D1", 0, to="hip"), "unknown coordinate .* 'hip'; known: roll"),
+    "repeated coordinate": (change("outputs", "domains", "D1", 0, to="fl_knee"), "repeat a coordinate"),
+    "unknown foot": (change("pattern", "stances", 0, to=["fr", "xx"]), "unknown foot 'xx'; known: fl"),
+    "stances": (change("pattern", "stances", 0, to="fr"), "not lists of feet"),
+    "unknown law": (change("law", "name", to="best"), "unknown allocation law 'best'"),
+    "law parameters": (change("law", "parameters", to={"power": 2}), "do not fit"),
+    "unit": (change("speed", "unit", to="km/h"), "unit 'km/h', not 'm/s'"),
+    "columns": (change("domains", "D1", "positions", "units", 0, to="mm"), "does not have the units m, m, m, rad"),
+    "text for a number": (change("speed", "value", to="fast"), "'fast', which is not a finite number"),
+    "truth for a number": (change("speed", "value", to=True), "True, which is not a finite number"),
+    "infinite speed": (change("speed", "value", to="inf"), "'inf', which is not a finite number"),
+    "shape": (change("domains", "D1", "torques", "value", 0), "shape 6 x 12, not 7 x 12"),
+    "ragged": (change("domains", "D1", "torques", "value", 0, 0), "rows of different lengths"),
+    "count": (change("outputs", "order", to=4.5), "not a whole number"),
+    "flag": (change("pattern", "mirrored", to="yes"), "not true or false"),
+    "object": (change("robot", to=[1]), "is not an object"),
+    "robot number": (change("robot", "links", 0, "mass", "value", to=10.0), "gait of another robot"),
+    "robot hash": (change("robot", "hash", to="0"), "gait of another robot"),
+    "robot link": (change("robot", "joints", 0, "parent", to=99), "link 99 of 13"),
+    "robot twins": (change("robot", "twins", to=[["fl"]]), "not pairs of feet"),
+    "feedback": (change("feedback", "start", "value", to=[0.0]), "shape 1, not 36"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_entry_is_refused_in_one_sentence(saved: Path, name: str) -> None:
+    damage, message = WRONG[name]
+    tree = json.loads(saved.read_text())
+    damage(tree)
+    saved.write_text(json.dumps(tree))
+    with pytest.raises(InputError, match=message) as caught:
+        load_gait(saved)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("word", ["NaN", "Infinity"])
+def test_what_is_not_json_is_refused(saved: Path, word: str) -> None:
+    saved.write_text(saved.read_text().replace('"value": 0.2', f'"value": {word}'))
+    with pytest.raises(InputError, match=f"holds {word}"):
+        load_gait(saved)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
+def test_a_truncated_file_is_refused(saved: Path, share: float) -> None:
+    data = saved.read_bytes()
+    saved.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(InputError, match="is not JSON"):
+        load_gait(saved)
+
+
+def test_a_key_given_twice_is_refused(saved: Path) -> None:
+    saved.write_text(saved.read_text().replace('"speed":', '"speed": 1, "speed":', 1))
+    with pytest.raises(InputError, match="key 'speed' twice"):
+        load_gait(saved)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        load_gait(tmp_path / "none.json")
+
+
+def test_a_binary_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "gait.json").write_bytes(b"\x80\xff\x00")
+    with pytest.raises(InputError, match="is not text"):
+        load_gait(tmp_path / "gait.json")
