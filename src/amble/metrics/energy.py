@@ -9,7 +9,7 @@ import numpy as np
 from amble.control.actuator import Actuator
 from amble.metrics.motion import Motion
 from amble.metrics.quadrature import segment_bounds, splines
-from amble.types import NodeValues, Vector
+from amble.types import IntegerVector, NodeValues, Vector
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def torque_metrics(motion: Motion, law: str, actuator: Actuator) -> TorqueMetric
     )
 
 
-def _integrals(times: Vector, segments: Vector, torque: NodeValues, speeds: NodeValues) -> tuple[float, float]:
+def _integrals(times: Vector, segments: IntegerVector, torque: NodeValues, speeds: NodeValues) -> tuple[float, float]:
     """Integrals of the summed positive mechanical power, J, and of the summed squared torque, (N m)^2 s."""
     width = torque.shape[1]
     cubics = splines(times, segments, np.hstack([torque * speeds, np.square(torque)]))
@@ -94,7 +94,7 @@ def _integrals(times: Vector, segments: Vector, torque: NodeValues, speeds: Node
     return float(np.sum(mechanical)), float(np.sum(cubics.integral()[width:]))
 
 
-def _every_second(segments: Vector) -> Vector:
+def _every_second(segments: IntegerVector) -> IntegerVector:
     """Indices of every second sample of each segment, its ends always kept."""
     kept = []
     for first, last in segment_bounds(segments):

@@ -9,7 +9,7 @@ import numpy as np
 
 from amble.errors import InputError, UnknownNameError
 from amble.metrics.quadrature import segment_bounds
-from amble.types import NodeValues, Vector
+from amble.types import IntegerVector, NodeValues, Vector
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Motion:
     label: str
     joints: tuple[str, ...]
     times: Vector
-    segments: Vector
+    segments: IntegerVector
     speeds: NodeValues
     torques: Mapping[str, NodeValues]
     distance: float

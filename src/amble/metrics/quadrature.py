@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from amble.errors import InputError
-from amble.types import NodeValues, Vector, frozen
+from amble.types import IntegerVector, NodeValues, Vector, frozen
 
 BISECTIONS = 30
 """The integrand vanishes at the zero, so 2^-30 of a piece leaves an error of 2^-60 of it."""
@@ -75,7 +75,7 @@ class PiecewiseCubic:
         return low, high
 
 
-def splines(times: Vector, segments: Vector, values: NodeValues) -> PiecewiseCubic:
+def splines(times: Vector, segments: IntegerVector, values: NodeValues) -> PiecewiseCubic:
     """Interpolate samples by one cubic spline per segment.
 
     Args:
@@ -101,7 +101,7 @@ def splines(times: Vector, segments: Vector, values: NodeValues) -> PiecewiseCub
     return PiecewiseCubic(frozen(np.concatenate(widths)), frozen(np.concatenate(coefficients, axis=1)))
 
 
-def segment_bounds(segments: Vector) -> list[tuple[int, int]]:
+def segment_bounds(segments: IntegerVector) -> list[tuple[int, int]]:
     """First and past-the-last sample of every run of equal numbers."""
     changes = np.flatnonzero(np.diff(segments) != 0) + 1
     edges = [0, *changes.tolist(), len(segments)]

@@ -1,0 +1,58 @@
+"""What a simulated motion is held against."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from amble.errors import InputError
+from amble.gait import Limits
+
+
+@dataclass(frozen=True)
+class ContactBounds:
+    """Bounds of the monitors; contact quantities in the world frame, ground at height 0.
+
+    Attributes:
+        friction: largest |f_t| / f_n, the exact cone, 1.
+        normal_force: smallest normal force of a stance foot, N.
+        penetration: largest depth of a swing foot, m.
+        drift: largest distance of a stance foot from where its stance phase began, m.
+        pivot: smallest pivot of the decoupling matrix.
+        torques: joint name -> largest |torque|, N m; a joint that is not named has no bound.
+        speeds: joint name -> largest |rate|, rad/s; a joint that is not named has no bound.
+
+    Raises:
+        InputError: where a bound is negative or not a number.
+    """
+
+    friction: float
+    normal_force: float
+    penetration: float
+    drift: float
+    pivot: float
+    torques: Mapping[str, float]
+    speeds: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        """Refuse bounds that nothing can keep."""
+        numbers = {name: getattr(self, name) for name in ("friction", "penetration", "drift", "pivot")}
+        numbers |= {f"torque of '{joint}'": bound for joint, bound in self.torques.items()}
+        numbers |= {f"speed of '{joint}'": bound for joint, bound in self.speeds.items()}
+        for name, bound in numbers.items():
+            if not bound >= 0.0:
+                raise InputError(f"the bound on {name} is {bound}; it must not be negative")
+
+    @classmethod
+    def of_limits(
+        cls, limits: Limits, penetration: float = 1e-3, drift: float = 1e-3, pivot: float = 1e-6
+    ) -> ContactBounds:
+        """Take the limits of a gait problem; a simulated foot must push, however little.
+
+        Args:
+            limits: friction, torque and speed limits of the gait.
+            penetration: depth that is tolerated, m; one millimetre is less than any floor is flat.
+            drift: drift that is tolerated, m; a stance constraint without stabilisation drifts with the integrator.
+            pivot: smallest pivot under which the decoupling matrix counts as singular.
+        """
+        return cls(limits.friction, 0.0, penetration, drift, pivot, limits.torques, limits.speeds)
