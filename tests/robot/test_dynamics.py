@@ -150,9 +150,9 @@ def test_flight_conserves_energy_and_momentum(model: Robot) -> None:
     np.testing.assert_allclose(linear[:, :2] - linear[0, :2], 0.0, atol=1e-8 * size)
     np.testing.assert_allclose(linear[:, 2] - linear[0, 2], -weight * times, atol=1e-8 * (size + weight))
     center = oracle(model.name)
-    spin = np.array([
-        row[3:] - np.cross(center.center_of_mass(pose), row[:3]) for row, pose in zip(momenta, q, strict=True)
-    ])
+    spin = np.array(
+        [row[3:] - np.cross(center.center_of_mass(pose), row[:3]) for row, pose in zip(momenta, q, strict=True)]
+    )
     np.testing.assert_allclose(spin - spin[0], 0.0, atol=1e-8 * size)
 
 

@@ -14,7 +14,6 @@ from functools import lru_cache
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from amble.robot.kinematics import X, Y, Z, angle_axes, base_rotation, link_poses
 from amble.robot.model import Link, Robot
@@ -112,7 +111,9 @@ def _swirl(motion: _Motion) -> ca.SX:
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
     a, b, c = ca.vertsplit(motion.turn)
     return ca.vertcat(
-        ca.horzcat(-(yy + zz), xy - c, xz + b), ca.horzcat(xy + c, -(xx + zz), yz - a), ca.horzcat(xz - b, yz + a, -(xx + yy))
+        ca.horzcat(-(yy + zz), xy - c, xz + b),
+        ca.horzcat(xy + c, -(xx + zz), yz - a),
+        ca.horzcat(xz - b, yz + a, -(xx + yy)),
     )
 
 
@@ -126,11 +127,7 @@ def _inertial_wrench(link: Link, motion: _Motion) -> tuple[ca.SX, ca.SX]:
     moment = constant(link.mass * link.center)
     inertia = _inertia_at_origin(link)
     force = link.mass * motion.acceleration + _swirl(motion) @ moment
-    torque = (
-        inertia @ motion.turn
-        + cross(motion.spin, inertia @ motion.spin)
-        + cross(moment, motion.acceleration)
-    )
+    torque = inertia @ motion.turn + cross(motion.spin, inertia @ motion.spin) + cross(moment, motion.acceleration)
     return force, torque
 
 

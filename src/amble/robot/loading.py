@@ -144,7 +144,7 @@ def _check_connected(joints: list[FileJoint], placements: dict[str, _Placement],
         reached |= {i for i, joint in enumerate(joints, start=1) if placements[joint.parent].carrier in reached}
     for index, joint in enumerate(joints, start=1):
         if index not in reached:
-            raise InputError(f"{path.name}: link '{joint.child}' is part of a cycle and not connected to the base '{root}'")
+            raise InputError(f"{path.name}: link '{joint.child}' is in a cycle, not connected to the base '{root}'")
 
 
 def _merge(file: FileRobot, placements: Mapping[str, _Placement], carriers: list[str]) -> tuple[Link, ...]:

@@ -102,7 +102,7 @@ def find_mirror(robot: Robot) -> Mirror:
     coordinates = SignedPermutation(np.concatenate([np.arange(6), 6 + index]), frozen([*BASE_SIGNS, *sign]))
     order = [robot.foot_names.index(feet[name]) for name in robot.foot_names]
     forces = SignedPermutation(
-        np.array([3 * i + k for i in order for k in range(3)], dtype=np.int64), frozen(np.tile([1.0, -1.0, 1.0], len(order)))
+        np.array([3 * i + k for i in order for k in range(3)]), frozen(np.tile(np.diag(REFLECTION), len(order)))
     )
     asymmetry, what = _asymmetry(robot, coordinates, feet)
     if not asymmetry <= robot.symmetry_tolerance:
@@ -122,17 +122,17 @@ def _twin_feet(robot: Robot) -> dict[str, str]:
     single = [name for name in robot.foot_names if name not in feet]
     if single or not feet:
         listing = ", ".join(single) or "none at all"
-        raise InputError(f"robot '{robot.name}' has feet without a left-right twin ({listing}); name the pairs in 'twins'")
+        raise InputError(f"robot '{robot.name}' has feet without a left-right twin ({listing}); name pairs in 'twins'")
     return {name: feet[name] for name in robot.foot_names}
 
 
 def _partners(robot: Robot, feet: Mapping[str, str]) -> dict[int, int]:
-    """Pair joints along the legs of twin feet; a joint that both legs share, or that is on no leg, must be its own twin."""
+    """Pair joints along the legs of twin feet, and the joints on no leg by where they are at the zero pose."""
     partner: dict[int, int] = {}
     for name, twin in feet.items():
         own, other = (robot.chain(robot.foot(label).link) for label in (name, twin))
         if len(own) != len(other):
-            raise InputError(f"robot '{robot.name}': legs '{name}' and '{twin}' have {len(own)} and {len(other)} joints")
+            raise InputError(f"robot '{robot.name}': leg '{name}' has {len(own)} joints, '{twin}' {len(other)}")
         for j, k in zip(own, other, strict=True):
             if partner.setdefault(j, k) != k:
                 raise InputError(f"robot '{robot.name}': the legs of '{name}' and '{twin}' do not mirror each other")
@@ -165,19 +165,30 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
     """Return the largest relative deviation from symmetry and what deviates."""
     generator = np.random.default_rng(0)
     worst = (0.0, "nothing")
+    size = _size(robot)
     for pose in [np.zeros(robot.size), *generator.uniform(-1.0, 1.0, (POSES, robot.size))]:
         image = mirrored(pose)
         for name, twin in feet.items():
-            position, expected = _array(foot_position(robot, twin, image)), REFLECTION @ _array(foot_position(robot, name, pose))
-            worst = max(worst, (float(np.abs(position - expected).max()), f"the position of foot '{twin}'"))
+            expected = REFLECTION @ _array(foot_position(robot, name, pose))
+            deviation = float(np.abs(_array(foot_position(robot, twin, image)) - expected).max())
+            worst = max(worst, (deviation / size, f"the position of foot '{twin}'"))
         inertia, at_image = np.asarray(mass_matrix(robot, pose)), np.asarray(mass_matrix(robot, image))
         scale = np.sqrt(np.outer(np.diag(inertia), np.diag(inertia)))
         deviation = float((np.abs(mirrored.matrix.T @ at_image @ mirrored.matrix - inertia) / scale).max())
         worst = max(worst, (deviation, "the mass matrix"))
         weight = robot.mass * abs(robot.gravity) or 1.0
-        height = abs(float(potential_energy(robot, image)) - float(potential_energy(robot, pose))) / weight
+        height = abs(float(potential_energy(robot, image)) - float(potential_energy(robot, pose))) / (weight * size)
         worst = max(worst, (height, "the height of the centre of mass"))
     return worst
+
+
+def _size(robot: Robot) -> float:
+    """Length that deviations of positions are measured by: the longest leg, stretched joint by joint, m."""
+    lengths = []
+    for foot in robot.feet:
+        steps = [float(np.linalg.norm(robot.joints[j].translation)) for j in robot.chain(foot.link)]
+        lengths.append(sum(steps) + float(np.linalg.norm(foot.offset)))
+    return max(lengths)
 
 
 def _array(values: ca.DM) -> Vector:

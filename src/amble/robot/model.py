@@ -154,7 +154,7 @@ class Robot:
         Raises:
             InputError: where feet have no twins or the robot is not symmetric.
         """
-        from amble.robot.mirror import find_mirror  # noqa: PLC0415  (the mirror is computed with the robot's dynamics)
+        from amble.robot.mirror import find_mirror
 
         return find_mirror(self)
 
@@ -166,7 +166,8 @@ class Robot:
     @cached_property
     def ordered_joints(self) -> tuple[int, ...]:
         """Joint indices, every joint after the one that moves its parent link."""
-        reached, order = {0}, []
+        reached: set[int] = {0}
+        order: list[int] = []
         while len(order) < len(self.joints):
             ready = [j for j, joint in enumerate(self.joints) if joint.parent in reached and joint.child not in reached]
             order.extend(ready)

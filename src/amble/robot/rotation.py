@@ -32,13 +32,11 @@ def rotation_about(axis: Vector, angle: Any) -> Any:
     """Return the rotation matrix about a unit vector: a a' + cos (I - a a') + sin [a]x (Rodrigues), (3, 3)."""
     axis = snap(axis)
     outer = np.outer(axis, axis)
-    return (
-        constant(outer) + ca.cos(angle) * constant(np.eye(3) - outer) + ca.sin(angle) * constant(skew(axis))
-    )
+    return constant(outer) + ca.cos(angle) * constant(np.eye(3) - outer) + ca.sin(angle) * constant(skew(axis))
 
 
 def skew(vector: Vector) -> Matrix:
-    """Return the matrix of the cross product: skew(a) b = a x b."""
+    """Return the matrix [a] of the cross product: [a] b = a x b."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
@@ -48,6 +46,6 @@ def constant(values: Matrix) -> ca.DM:
     return ca.sparsify(ca.DM(np.asarray(values, dtype=np.float64)))
 
 
-def cross(a: ca.SX, b: ca.SX) -> ca.SX:
+def cross(a: ca.SX | ca.DM, b: ca.SX | ca.DM) -> ca.SX:
     """Return a x b; products with structural zeros vanish."""
     return ca.vertcat(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

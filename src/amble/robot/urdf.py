@@ -103,7 +103,8 @@ def _link(element: ElementTree.Element, path: Path) -> FileLink:
     tensor = np.zeros((3, 3))
     inertia = inertial.find("inertia")
     if inertia is not None:
-        for row, column, key in ((0, 0, "ixx"), (0, 1, "ixy"), (0, 2, "ixz"), (1, 1, "iyy"), (1, 2, "iyz"), (2, 2, "izz")):
+        for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+            row, column = ("xyz".index(letter) for letter in key[1:])
             tensor[row, column] = tensor[column, row] = _number(_attribute(inertia, key, where), f"{where}, {key}")
     value = _number(_attribute(mass, "value", where), f"{where}, mass")
     return FileLink(name, value, center, frozen(rotation @ tensor @ rotation.T))
@@ -115,12 +116,14 @@ def _joint(element: ElementTree.Element, path: Path) -> FileJoint:
     kind = _attribute(element, "type", where)
     rotation, translation = _origin(element, where)
     limit, mimic = element.find("limit"), element.find("mimic")
+    given = {} if limit is None else limit.attrib
     bounds = [
-        default if limit is None or limit.get(key) is None else _number(limit.get(key, ""), f"{where}, limit {key}", True)
+        _number(given[key], f"{where}, limit {key}", infinite=True) if key in given else default
         for key, default in (("lower", -math.inf), ("upper", math.inf), ("effort", math.inf), ("velocity", math.inf))
     ]
-    if bounds[0] > bounds[1]:
-        raise InputError(f"{where} has its lower limit {bounds[0]:g} above its upper limit {bounds[1]:g}")
+    lower, upper, effort, velocity = bounds
+    if lower > upper:
+        raise InputError(f"{where} has its lower limit {lower:g} above its upper limit {upper:g}")
     return FileJoint(
         name,
         kind,
@@ -129,7 +132,10 @@ def _joint(element: ElementTree.Element, path: Path) -> FileJoint:
         rotation,
         translation,
         _axis(element, kind, where),
-        *bounds,
+        lower,
+        upper,
+        effort,
+        velocity,
         None if mimic is None else _attribute(mimic, "joint", where),
     )
 
