@@ -208,15 +208,7 @@ def _validate(system: HybridSystem) -> None:
         raise InputError(f"domain names occur twice: {names}")
     size = system.state_size
     for domain in system.domains:
-        _expect_shape(f"field of domain '{domain.name}'", domain.field, size, size)
-        if domain.field.numel_in(2) != domain.parameters.size:
-            raise InputError(
-                f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}"
-            )
-        if domain.alive is not None:
-            _expect_shape(f"margin of domain '{domain.name}'", domain.alive, size, 1)
-        if not system.leaving(domain.name):
-            raise InputError(f"domain '{domain.name}' has no transition that leaves it")
+        _validate_domain(system, domain)
     for transition in system.transitions:
         system.domain(transition.source)
         system.domain(transition.target)
@@ -232,12 +224,26 @@ def _validate(system: HybridSystem) -> None:
         raise InputError(f"{len(system.state_names)} state names for {size} states")
 
 
+def _validate_domain(system: HybridSystem, domain: Domain) -> None:
+    size = system.state_size
+    _expect_shape(f"field of domain '{domain.name}'", domain.field, size, size)
+    if domain.alive is not None:
+        _expect_shape(f"margin of domain '{domain.name}'", domain.alive, size, 1)
+    if domain.field.numel_in(2) != domain.parameters.size:
+        raise InputError(
+            f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}"
+        )
+    if not system.leaving(domain.name):
+        raise InputError(f"domain '{domain.name}' has no transition that leaves it")
+
+
 def _expect_shape(what: str, function: ca.Function, size_in: int, size_out: int) -> None:
     if function.n_in() != 3:
         raise InputError(f"the {what} takes {function.n_in()} arguments, not (t, x, p)")
     if function.numel_in(1) != size_in or function.numel_out(0) != size_out:
         raise InputError(
-            f"the {what} maps {function.numel_in(1)} states to {function.numel_out(0)} values, not {size_in} to {size_out}"
+            f"the {what} maps {function.numel_in(1)} states to {function.numel_out(0)} values, "
+            f"not {size_in} to {size_out}"
         )
 
 

@@ -74,7 +74,10 @@ class InterpretedFlow:
     def _root(self, piece: Any, item: Watched, earlier: float, later: float) -> float:
         from scipy.optimize import brentq
 
-        return float(brentq(lambda clock: self._value(item, clock, piece(clock)), earlier, later, xtol=1e-15, rtol=1e-15))
+        def value(clock: float) -> float:
+            return self._value(item, clock, piece(clock))
+
+        return float(brentq(value, earlier, later, xtol=1e-15, rtol=1e-15))
 
 
 def prepare(domain: Domain, watched: Sequence[Watched]) -> InterpretedFlow:
@@ -82,9 +85,7 @@ def prepare(domain: Domain, watched: Sequence[Watched]) -> InterpretedFlow:
     return InterpretedFlow(domain, tuple(watched))
 
 
-def _passage(
-    pieces: Sequence[Any], start: Vector, end: float, samples: int, fired: int | None, ended: str
-) -> Passage:
+def _passage(pieces: Sequence[Any], start: Vector, end: float, samples: int, fired: int | None, ended: str) -> Passage:
     clock = np.linspace(0.0, end, samples)
     starts = [piece.t_old for piece in pieces]
     state = np.tile(np.array(start, dtype=np.float64), (samples, 1))

@@ -34,6 +34,9 @@ EVALUATE = "_ZN6casadi21_function_buffer_evalEPv"
 CROSSED, NO_MEMORY = 0, 4
 REASONS = {1: TOO_LONG, 2: NOT_FINITE, 3: STALLED}
 
+TABLEAU = ("a", "c", "error3", "error5", "dense")
+"""The arrays of the method, in the order of the C structure."""
+
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 
@@ -42,7 +45,7 @@ class _Callee(ctypes.Structure):
 
 
 class _Tableau(ctypes.Structure):
-    _fields_ = tuple((name, _DOUBLES) for name in ("a", "c", "error3", "error5", "dense"))
+    _fields_ = tuple((name, _DOUBLES) for name in TABLEAU)
 
 
 class _Problem(ctypes.Structure):
@@ -98,7 +101,7 @@ def prepare(domain: Domain, watched: Sequence[Watched]) -> Flow | None:
         domain.state_size, len(bound),
     )  # fmt: skip
     method = dop853()
-    arrays = tuple(np.array(getattr(method, name)) for name, _ in _Tableau._fields_)
+    arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
     kept = (field, field_memory, guards, sign, arrays, *(memory for _, memory in bound))
     return NativeFlow(domain, library.amble_flow, problem, _Tableau(*map(_doubles, arrays)), kept)
 
@@ -111,9 +114,10 @@ def _callee(function: ca.Function, parameters: Vector) -> tuple[_Callee, tuple[A
     values, out = np.array(parameters, dtype=np.float64), np.zeros(dense.numel_out(0))
     for position, array in enumerate((clock, state, values)):
         if array.size:
-            buffer.set_arg(position, memoryview(array))
-    buffer.set_res(0, memoryview(out))
-    return _Callee(_address(buffer), _doubles(clock), _doubles(state), _doubles(out)), (buffer, clock, state, values, out)
+            buffer.set_arg(position, array.data)
+    buffer.set_res(0, out.data)
+    callee = _Callee(_address(buffer), _doubles(clock), _doubles(state), _doubles(out))
+    return callee, (buffer, clock, state, values, out)
 
 
 def _dense(function: ca.Function) -> ca.Function:

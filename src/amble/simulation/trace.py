@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from amble.types import IntegerVector, NodeValues, Vector
+
+COMPLETED = "completed"
 
 
 @dataclass(frozen=True)
@@ -62,4 +66,14 @@ class Trace:
     @property
     def completed(self) -> bool:
         """Whether every cycle that was asked for was walked."""
-        return self.ended == "completed"
+        return self.ended == COMPLETED
+
+    @property
+    def section(self) -> NodeValues:
+        """States on the Poincare section: the entry of the first domain in every completed cycle and after the last.
+
+        Shape (cycles + 1, n_x).
+        """
+        first = np.searchsorted(self.cycle, np.arange(self.cycles + 1))
+        entries = [self.state[row] if row < self.cycle.size else self.events[-1].after for row in first]
+        return np.array(entries)
