@@ -1,0 +1,5 @@
+"""``python -m amble``."""
+
+from amble.cli import main
+
+main()

@@ -1,0 +1,83 @@
+"""The program as a whole: help, version, exit codes, start-up."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from amble.cli import robots
+from amble.errors import InputError, NotSolvedError, Row
+from tests.cli.run import exit_code
+
+
+def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("--help") == 0
+    assert "robots" in capsys.readouterr().out
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("--version") == 0
+    assert capsys.readouterr().out.startswith("amble 0.")
+
+
+@pytest.mark.parametrize("arguments", [("nonsense",), ("robots", "--nonsense"), ("robots", "extra")])
+def test_bad_usage_exits_2(arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code(*arguments) == 2
+    assert "Error:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "says"),
+    [
+        (InputError("no such file"), 2, "error: no such file"),
+        (NotSolvedError("Infeasible", [Row("D1 node 3 torque", -1.0, 2.0, 1.0)]), 1, "D1 node 3 torque"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+)
+def test_errors_become_exit_codes(
+    error: BaseException,
+    code: int,
+    says: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(robots, "print_table", fail)
+    assert exit_code("robots") == code
+    captured = capsys.readouterr()
+    assert says in captured.err
+    assert captured.out == ""
+
+
+def test_a_bug_traces(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(robots, "print_table", fail)
+    with pytest.raises(ZeroDivisionError):
+        exit_code("robots")
+
+
+HEAVY = ("numpy", "casadi", "rich", "pydantic", "matplotlib", "xarray", "cvxpy", "scipy")
+
+
+@pytest.mark.parametrize("statement", ["import amble", "import amble.cli"])
+def test_start_up_imports_nothing_heavy(statement: str) -> None:
+    """Seconds depend on the machine; what is imported does not."""
+    code = f"{statement}; import sys; print([name for name in {HEAVY} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_shell_completion(shell: str) -> None:
+    environment = {**os.environ, "_AMBLE_COMPLETE": f"complete_{shell}", "COMP_WORDS": "amble ro", "COMP_CWORD": "1"}
+    environment |= {"_TYPER_COMPLETE_ARGS": "amble ro", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+    code = "from amble.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, env=environment)
+    assert "robots" in done.stdout
