@@ -56,6 +56,8 @@ class Linearised:
         forces: contact forces of the stance feet, world frame, (3 n_c,), N.
         pivots: pivots met in solving the decoupling equations, (n_joints,); the smallest tells when rank is lost.
         redundancy: the free directions at this state, with the minimum-norm torques.
+        response: K, the accelerations that unit output accelerations cause, H S K = I, (n_q, n_y).
+        motion: the constrained dynamics.
     """
 
     acceleration: ca.SX
@@ -63,6 +65,8 @@ class Linearised:
     forces: ca.SX
     pivots: ca.SX
     redundancy: Redundancy
+    response: ca.SX
+    motion: ConstrainedDynamics
 
 
 def desired(time: ca.SX, feedforward: Feedforward) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -110,20 +114,23 @@ def linearise(
     A = H @ G[POSITION_SIZE:, :]
     r = H @ (wanted - f0[POSITION_SIZE:])
     free = _free_directions(robot, feet, v, motion)
-    solution = solve_square(ca.vertcat(A, free.null.T), ca.vertcat(r, ca.SX.zeros(free.size)))
+    outputs = A.shape[0]
+    right = ca.horzcat(r, ca.SX.eye(outputs))
+    solution = solve_square(ca.vertcat(A, free.null.T), ca.vertcat(right, ca.SX(free.size, 1 + outputs)))
+    smallest = solution.value[:, 0]
     redundancy = Redundancy(
         robot,
         feet,
-        solution.value,
+        smallest,
         free.null,
-        motion.free_force + motion.force_map @ solution.value,
+        motion.free_force + motion.force_map @ smallest,
         free.squeeze,
         free.speeds,
     )
     s = law.choose(redundancy)
     u = redundancy.torques + redundancy.null @ s
     forces = motion.free_force + motion.force_map @ u
-    return Linearised(f0 + G @ u, u, forces, solution.pivots, redundancy)
+    return Linearised(f0 + G @ u, u, forces, solution.pivots, redundancy, G @ solution.value[:, 1:], motion)
 
 
 def _free_directions(robot: Robot, feet: tuple[str, ...], v: ca.SX, motion: ConstrainedDynamics) -> Redundancy:

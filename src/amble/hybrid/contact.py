@@ -25,6 +25,9 @@ class ConstrainedDynamics:
         force_map: d lambda / d u, (3 n_c, n_joints).
         jacobian: J of the stance feet, (3 n_c, n_q).
         positions: stance feet, world frame, (3 n_c,), m.
+        mass: factor of D.
+        spread: D^-1 J^T, (n_q, 3 n_c).
+        apparent: factor of J D^-1 J^T, None without stance feet.
     """
 
     free_acceleration: ca.SX
@@ -33,6 +36,21 @@ class ConstrainedDynamics:
     force_map: ca.SX
     jacobian: ca.SX
     positions: ca.SX
+    mass: SymmetricFactor
+    spread: ca.SX
+    apparent: SymmetricFactor | None
+
+    def respond(self, force: ca.SX, contact: ca.SX) -> ca.SX:
+        """Return the accelerations a with D a = force + J^T lambda and J a = contact, one column a case.
+
+        Args:
+            force: generalised forces, (n_q, k).
+            contact: accelerations of the stance feet, (3 n_c, k).
+        """
+        motion = self.mass.solve(force)
+        if self.apparent is None:
+            return motion
+        return motion + self.spread @ self.apparent.solve(contact - self.jacobian @ motion)
 
 
 def selection(robot: Robot) -> ca.SX:
@@ -62,13 +80,14 @@ def constrained_dynamics(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) 
     positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1))
     motion, inputs = -D.solve(h), D.solve(B)
     if not feet:
-        return ConstrainedDynamics(motion, inputs, ca.SX(0, 1), ca.SX(0, len(robot.joints)), J, positions)
+        nothing = ca.SX(0, 1), ca.SX(0, len(robot.joints))
+        return ConstrainedDynamics(motion, inputs, *nothing, J, positions, D, J.T, None)
     Y = D.solve(J.T)
     apparent = SymmetricFactor.of(J @ Y)  # J D^-1 J^T, the inverse of the mass seen at the feet
     free_force = -apparent.solve(J @ motion + Jdv)
     force_map = -apparent.solve(J @ inputs)
     return ConstrainedDynamics(
-        motion + Y @ free_force, inputs + Y @ force_map, free_force, force_map, J, positions
+        motion + Y @ free_force, inputs + Y @ force_map, free_force, force_map, J, positions, D, Y, apparent
     )
 
 

@@ -1,1 +1,7 @@
-"""synthesis."""
+"""The gait problem, its transcription and its solution."""
+
+from amble.synthesis.problem import GaitProblem
+from amble.synthesis.solve import Iteration
+from amble.synthesis.synthesize import synthesize
+
+__all__ = ["GaitProblem", "Iteration", "synthesize"]

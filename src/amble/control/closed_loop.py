@@ -1,0 +1,136 @@
+"""The closed loop of one stance as compiled functions of clock, state and parameters (t, x, p)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from amble.codegen import compile_all
+from amble.control.allocation import AllocationLaw
+from amble.control.linearisation import Feedforward, Linearised, linearise
+from amble.control.sensitivity import sensitivity
+from amble.hybrid import Switch, impact
+from amble.robot import Robot, kinematics
+
+LOWEST_BASE = 0.05
+"""A base below this height above the ground has fallen, m."""
+
+STEEPEST = 0.3
+"""A base whose vertical axis has a smaller component along the world's has fallen over."""
+
+ARGUMENTS = ["t", "x", "p"]
+
+
+@dataclass(frozen=True)
+class StanceLoop:
+    """Compiled functions of one stance and of the switch that ends it; all take (t, x, p).
+
+    Attributes:
+        field: dx/dt.
+        variation: (d field / d x, K, E), with the response K and the error slope E of ``sensitivity``.
+        signals: torque, force (all feet), foot and foot_velocity (all feet), pivot.
+        alive: margin to a fall.
+        guard: height of the landing foot, or normal force of the lifting foot.
+        reset: state after the impact, in the same coordinates.
+    """
+
+    field: ca.Function
+    variation: ca.Function
+    signals: ca.Function
+    alive: ca.Function
+    guard: ca.Function
+    reset: ca.Function
+
+    @property
+    def jacobian(self) -> ca.Function:
+        """d field / d x, the first result of ``variation``."""
+        symbols = [ca.MX.sym(name, self.variation.numel_in(i)) for i, name in enumerate(ARGUMENTS)]
+        return ca.Function("jacobian", symbols, [self.variation(*symbols)[0]], ARGUMENTS, ["jacobian"])
+
+
+def stance_loops(
+    robot: Robot, law: AllocationLaw, switches: Sequence[Switch], outputs: Sequence[int], order: int
+) -> tuple[StanceLoop, ...]:
+    """Compile the closed loops of stances.
+
+    Args:
+        robot: the robot.
+        law: the allocation law.
+        switches: the switch that ends each stance; it names the stance too.
+        outputs: number of outputs of each stance.
+        order: order of the reference curves; the parameters are packed as in ``Feedforward.packed``.
+    """
+    expressions = {
+        f"loop_{switch.source.name}": _functions(robot, law, switch, count, order)
+        for switch, count in zip(switches, outputs, strict=True)
+    }
+    native = compile_all(expressions)
+    return tuple(StanceLoop(**{f.name(): native[name][f.name()] for f in fs}) for name, fs in expressions.items())
+
+
+def _functions(
+    robot: Robot, law: AllocationLaw, switch: Switch, outputs: int, order: int
+) -> list[ca.Function]:
+    """Write all functions of one stance as expressions."""
+    feet = switch.source.feet
+    t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
+    q, v = x[: robot.size], x[robot.size :]
+    feedforward = Feedforward.symbols(outputs, robot.size - 3, order)
+    p = feedforward.packed()
+    loop = linearise(robot, feet, law, q, v, t, feedforward)
+    slope = sensitivity(robot, feet, loop, q, v, t, feedforward)
+    jacobian = ca.densify(
+        ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
+    )
+    signals = _signals(robot, feet, q, v, loop)
+    margin = ca.fmin(q[2] - LOWEST_BASE, kinematics.base_rotation(q)[2, 2] - STEEPEST)
+    guard, after = _guard(robot, switch, q, loop), _reset(robot, switch, q, v)
+    symbols = [t, x, p]
+    return [
+        ca.Function("field", symbols, [ca.vertcat(v, loop.acceleration)], ARGUMENTS, ["rate"]),
+        ca.Function(
+            "variation",
+            symbols,
+            [jacobian, ca.densify(loop.response), ca.densify(slope.error)],
+            ARGUMENTS,
+            ["jacobian", "response", "error"],
+        ),
+        ca.Function("signals", symbols, list(signals.values()), ARGUMENTS, list(signals)),
+        ca.Function("alive", symbols, [margin], ARGUMENTS, ["margin"]),
+        ca.Function("guard", symbols, [guard], ARGUMENTS, ["guard"]),
+        ca.Function("reset", symbols, [after], ARGUMENTS, ["state"]),
+    ]
+
+
+def _signals(
+    robot: Robot, feet: tuple[str, ...], q: ca.SX, v: ca.SX, loop: Linearised
+) -> dict[str, ca.SX]:
+    """What a simulation records: world frame, all feet in the robot's order, zero force at swing feet."""
+    forces = [
+        loop.forces[3 * feet.index(foot) : 3 * feet.index(foot) + 3] if foot in feet else ca.SX.zeros(3)
+        for foot in robot.foot_names
+    ]
+    return {
+        "torque": ca.densify(loop.torques),
+        "force": ca.vertcat(*forces),
+        "foot": ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names]),
+        "foot_velocity": ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) @ v for foot in robot.foot_names]),
+        "pivot": ca.mmin(loop.pivots),
+    }
+
+
+def _guard(robot: Robot, switch: Switch, q: ca.SX, loop: Linearised) -> ca.SX:
+    """Height of the first landing foot; without landing the normal force of the first lifting foot."""
+    if switch.landing:
+        return kinematics.foot_position(robot, switch.landing[0], q)[2]
+    return loop.forces[3 * switch.source.feet.index(switch.lifting[0]) + 2]
+
+
+def _reset(robot: Robot, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
+    """Plastic impact that stops all feet of the next stance; the identity at a lift-off."""
+    if not switch.landing:
+        return ca.vertcat(q, v)
+    velocity, _ = impact(robot, switch.target.feet, q, v)
+    return ca.densify(ca.vertcat(q, velocity))

@@ -1,0 +1,162 @@
+"""A gait as a hybrid system: the closed loop of its stances, for simulation and stability analysis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from amble.control import AllocationLaw
+from amble.control.closed_loop import StanceLoop, stance_loops
+from amble.control.outputs import selection_matrix
+from amble.gait.record import Gait
+from amble.hybrid import Domain, HybridSystem, Switch, Symmetry, Transition
+from amble.maths.bezier import elevate
+from amble.robot import Robot, kinematics
+from amble.types import Vector, frozen
+
+REFERENCE_ORDER = 14
+"""Order of the reference curves in the compiled loop: lower orders are written exactly in it, and the base's own
+motion over a domain is met to about 1e-9."""
+
+ARGUMENTS = ["t", "x", "p"]
+
+
+def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False) -> HybridSystem:
+    """Close the loop of a gait.
+
+    Args:
+        gait: the gait; with feedback its stabilised outputs are used, else those of the gait problem.
+        law: another allocation law than the gait's.
+        half: of a mirrored gait only the solved half: the last reset also mirrors, and one cycle of the system is half
+            a gait cycle. Otherwise all stances, the second half through mirrored copies of the same compiled code.
+    """
+    pattern, robot = gait.pattern, gait.robot
+    loops = stance_loops(
+        robot,
+        law or gait.law,
+        pattern.switches,
+        [len(gait.outputs.of(stance.name).coordinates) for stance in pattern.solved],
+        REFERENCE_ORDER,
+    )
+    parameters = {stance.name: loop_parameters(gait, stance.name) for stance in pattern.solved}
+    domains, transitions = [], []
+    for loop, switch in zip(loops, pattern.switches, strict=True):
+        name, last = switch.source.name, switch is pattern.switches[-1]
+        mirrors = half and pattern.mirrored and last
+        target = pattern.stances[0].name if half and last else switch.target.name
+        domains.append(Domain(name, loop.field, parameters[name], loop.signals, loop.jacobian, alive=loop.alive))
+        reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
+        transitions.append(Transition(name, target, loop.guard, reset, -1))
+    if pattern.mirrored and not half:
+        second = pattern.all_switches[len(pattern.solved) :]
+        for loop, switch, original in zip(loops, second, pattern.switches, strict=True):
+            domains.append(_mirrored_domain(robot, loop, switch, parameters[original.source.name]))
+            transitions.append(_mirrored_transition(robot, loop, switch))
+    names = (*robot.coordinate_names, *(f"rate of {name}" for name in robot.coordinate_names))
+    return HybridSystem(domains, transitions, _symmetries(gait), names)
+
+
+def loop_parameters(gait: Gait, domain: str) -> Vector:
+    """Pack duration, gains, reference curves and weights of a domain as ``Feedforward.packed`` does."""
+    robot = gait.robot
+    if gait.feedback is not None:
+        duration = gait.feedback.durations[domain]
+        references, weights = gait.feedback.references[domain], gait.feedback.weights[domain]
+    else:
+        trajectory = next(part for part in gait.domains if part.name == domain)
+        duration = trajectory.duration
+        weights = selection_matrix(robot, gait.outputs.of(domain))
+        references = weights.T @ trajectory.coefficients
+    packed = [[duration], gait.gains, elevate(references, REFERENCE_ORDER).ravel(order="F"), weights.ravel(order="F")]
+    return frozen(np.concatenate([np.asarray(part, dtype=np.float64) for part in packed]))
+
+
+def start_state(gait: Gait) -> Vector:
+    """Return the state at the entry of the first domain, (2 n_q,): the closed loop's own where it is known."""
+    if gait.feedback is not None:
+        return gait.feedback.start
+    first = gait.domains[0]
+    return frozen(np.concatenate([first.positions[0], first.velocities[0]]))
+
+
+def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
+    """Translations along the ground, and the turn about the vertical where no output sees the base orientation."""
+    size = 2 * gait.robot.size
+    x = ca.SX.sym("x", size)
+    found = []
+    for place, name in enumerate("xy"):
+        direction = ca.DM.zeros(size)
+        direction[place] = 1.0
+        found.append(Symmetry(name, ca.Function(f"symmetry_{name}", [x], [ca.SX(direction)])))
+    if gait.feedback is None and not _sees_orientation(gait):
+        found.append(Symmetry("yaw", _turn(gait.robot, x)))
+    return tuple(found)
+
+
+def _sees_orientation(gait: Gait) -> bool:
+    return any(name in ("roll", "pitch", "yaw") for domain in gait.outputs.domains for name in domain.coordinates)
+
+
+def _turn(robot: Robot, x: ca.SX) -> ca.Function:
+    """Generator of the turn about the world's vertical axis through its origin.
+
+    Position and orientation rates of the base for the angular velocity (0, 0, 1); the velocities follow by the
+    tangent lift of that vector field.
+    """
+    q, v = x[: robot.size], x[robot.size :]
+    rotation = kinematics.base_rotation(q)
+    columns = [ca.jacobian(ca.vec(rotation), q[3 + k]) for k in range(3)]
+    # the skew part of dR/d(angle) R^T is the angular velocity that the angle's rate contributes
+    rates = ca.horzcat(*[ca.inv_skew(ca.reshape(column, 3, 3) @ rotation.T) for column in columns])
+    angles = ca.solve(rates, ca.SX([0.0, 0.0, 1.0]))
+    motion = ca.vertcat(-q[1], q[0], 0.0, angles, ca.SX.zeros(robot.size - 6))
+    return ca.Function("symmetry_yaw", [x], [ca.densify(ca.vertcat(motion, ca.jtimes(motion, q, v)))])
+
+
+def _mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
+    t, x, p = _symbols(function)
+    return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
+
+
+def _mirrored_domain(robot: Robot, loop: StanceLoop, switch: Switch, parameters: Vector) -> Domain:
+    """The mirror image of a stance: mirror the state, evaluate the same code, mirror the result."""
+    t, x, p = _symbols(loop.field)
+    image = robot.mirror.state(x)
+    mirror = ca.MX(_state_matrix(robot))
+    jacobian = mirror @ loop.jacobian(t, image, p) @ mirror
+    recorded = dict(zip(loop.signals.name_out(), loop.signals(t, image, p), strict=True))
+    signals = {name: _mirrored_signal(robot, name, value) for name, value in recorded.items()}
+    return Domain(
+        switch.source.name,
+        ca.Function("mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]),
+        parameters,
+        ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
+        ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
+        alive=ca.Function("mirrored_alive", [t, x, p], [loop.alive(t, image, p)], ARGUMENTS, ["margin"]),
+    )
+
+
+def _mirrored_transition(robot: Robot, loop: StanceLoop, switch: Switch) -> Transition:
+    t, x, p = _symbols(loop.field)
+    image = robot.mirror.state(x)
+    guard = ca.Function("mirrored_guard", [t, x, p], [loop.guard(t, image, p)], ARGUMENTS, ["guard"])
+    after = robot.mirror.state(loop.reset(t, image, p))
+    reset = ca.Function("mirrored_reset", [t, x, p], [after], ARGUMENTS, ["state"])
+    return Transition(switch.source.name, switch.target.name, guard, reset, -1)
+
+
+def _mirrored_signal(robot: Robot, name: str, value: ca.MX) -> ca.MX:
+    if name == "pivot":
+        return value
+    return robot.mirror.torque(value) if name == "torque" else robot.mirror.force(value)
+
+
+def _state_matrix(robot: Robot) -> ca.DM:
+    once = ca.DM(robot.mirror.coordinates.matrix)
+    return ca.diagcat(once, once)
+
+
+def _symbols(function: ca.Function) -> tuple[Any, Any, Any]:
+    return tuple(ca.MX.sym(name, function.numel_in(i)) for i, name in enumerate(ARGUMENTS))

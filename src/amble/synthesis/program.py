@@ -1,0 +1,58 @@
+"""The gait problem as a compiled program: structure only, so that speed, friction, gains and bounds may change freely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.synthesis.assembly import Block, Program, assemble
+from amble.synthesis.bounds import variable_bounds
+from amble.synthesis.layout import Layout, build_layout
+from amble.synthesis.link_blocks import defect_block, entry_block, period_block, switch_block
+from amble.synthesis.node_block import node_block, parameter_values
+from amble.synthesis.problem import GaitProblem
+
+
+@dataclass(frozen=True)
+class GaitProgram:
+    """A gait problem ready for a solver; variables are scaled by ``layout.scale``.
+
+    Attributes:
+        problem: the problem.
+        layout: where every variable stands.
+        program: the compiled functions and the bounds of the rows.
+        lower: lower bounds of the scaled variables, (n_x,).
+        upper: upper bounds of the scaled variables, (n_x,).
+        parameters: values of the program's parameters.
+    """
+
+    problem: GaitProblem
+    layout: Layout
+    program: Program
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    parameters: NDArray[np.float64]
+
+
+def build_program(problem: GaitProblem) -> GaitProgram:
+    """Transcribe a gait problem; compiled code comes from the cache where the structure is known."""
+    layout = build_layout(problem)
+    program = assemble(_blocks(problem, layout), layout.scale, parameter_values(problem).size)
+    lower, upper = variable_bounds(problem, layout)
+    return GaitProgram(
+        problem, layout, program, lower / layout.scale, upper / layout.scale, parameter_values(problem)
+    )
+
+
+def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:
+    blocks: list[Block] = []
+    for number, domain in enumerate(layout.domains):
+        blocks += [
+            node_block(problem, layout, domain),
+            defect_block(problem, domain),
+            entry_block(problem, domain),
+            switch_block(problem, layout, number),
+        ]
+    return [*blocks, period_block(layout)]

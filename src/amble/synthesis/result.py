@@ -1,0 +1,69 @@
+"""From the solver's variables to the gait record, and back as a starting point."""
+
+from __future__ import annotations
+
+from importlib import metadata
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.gait import DomainTrajectory, Gait
+from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.problem import GaitProblem
+from amble.synthesis.solve import Solution
+from amble.types import frozen
+
+RECORDED = ("amble", "casadi", "numpy")
+
+
+def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
+    """Read a gait out of the solver's variables."""
+    natural = solution.variables * layout.scale
+    return Gait(
+        problem.pattern,
+        problem.outputs,
+        problem.law,
+        problem.speed,
+        problem.gains,
+        problem.limits,
+        tuple(_trajectory(problem, domain, natural) for domain in layout.domains),
+        solution.report,
+        None,
+        {name: metadata.version(name) for name in RECORDED},
+    )
+
+
+def from_gait(gait: Gait, layout: Layout) -> NDArray[np.float64]:
+    """Return unscaled start variables that follow a gait of the same structure, on this layout's nodes, (n_x,)."""
+    start = np.zeros(layout.size)
+    for domain, known in zip(layout.domains, gait.domains, strict=True):
+        phases = known.times / known.duration
+        start[domain.duration] = known.duration
+        start[domain.coefficients] = known.coefficients.ravel(order="F")
+        start[domain.impulse] = known.impulse
+        kinds = {
+            "q": known.positions,
+            "v": known.velocities,
+            "a": known.accelerations,
+            "u": known.torques,
+            "force": known.forces,
+        }
+        for kind, samples in kinds.items():
+            columns = [np.interp(domain.phases, phases, column) for column in samples.T]
+            start[getattr(domain, kind)] = np.array(columns).T
+    start[layout.period] = sum(known.duration for known in gait.domains)
+    return start
+
+
+def _trajectory(problem: GaitProblem, domain: DomainLayout, natural: NDArray[np.float64]) -> DomainTrajectory:
+    duration = float(natural[domain.duration][0])
+    outputs = len(problem.outputs.of(domain.stance.name).coordinates)
+    coefficients = natural[domain.coefficients].reshape((outputs, problem.outputs.order + 1), order="F")
+    return DomainTrajectory(
+        domain.stance.name,
+        duration,
+        frozen(coefficients),
+        frozen(domain.phases * duration),
+        *(frozen(natural[getattr(domain, kind)]) for kind in ("q", "v", "a", "u", "force")),
+        frozen(natural[domain.impulse]),
+    )

@@ -1,0 +1,244 @@
+"""Solving a gait problem with IPOPT, watched live; a failure names the rows that are violated."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.errors import NotSolvedError, Row
+from amble.gait import SolverReport
+from amble.synthesis.program import GaitProgram
+
+IPOPT_OPTIONS: dict[str, Any] = {
+    "mumps_scaling": 0,  # the program is scaled; MUMPS's own scalings cost more than they bring (theory.md, section 4)
+    "mumps_permuting_scaling": 0,
+    "print_level": 0,
+    "sb": "yes",
+}
+
+SOLVED = ("Solve_Succeeded",)
+ROW_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """What a solver is at: iteration, objective, and the worst violated row by name."""
+
+    number: int
+    objective: float
+    violation: float
+    worst_row: str
+
+
+Progress = Callable[[Iteration], None]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The end of a solver's run: scaled variables with their multipliers, and the report.
+
+    Attributes:
+        variables: scaled variables, (n_x,).
+        bound_multipliers: (n_x,).
+        row_multipliers: (n_g,).
+        report: status and cost.
+        rows: violated rows and bounds, worst first; empty where solved.
+    """
+
+    variables: NDArray[np.float64]
+    bound_multipliers: NDArray[np.float64]
+    row_multipliers: NDArray[np.float64]
+    report: SolverReport
+    rows: tuple[Row, ...]
+
+    @property
+    def solved(self) -> bool:
+        """Whether the solver reports success."""
+        return self.report.status in SOLVED
+
+
+def solve(
+    program: GaitProgram,
+    start: NDArray[np.float64],
+    tolerance: float = 1e-8,
+    most_iterations: int = 500,
+    warm: Solution | None = None,
+    progress: Progress | None = None,
+) -> Solution:
+    """Solve from scaled start variables.
+
+    Args:
+        program: the transcribed problem.
+        start: scaled variables, (n_x,).
+        tolerance: IPOPT's overall tolerance on the scaled problem.
+        most_iterations: give up after so many.
+        warm: a solution of a neighbouring problem whose multipliers are good.
+        progress: called after every iteration.
+    """
+    nlp = program.program
+    watch = _Watch(program, progress)
+    options = {
+        "grad_f": nlp.gradient,
+        "jac_g": nlp.jacobian,
+        "hess_lag": nlp.hessian,
+        "no_nlp_grad": True,
+        "calc_lam_p": False,
+        "print_time": False,
+        "error_on_fail": False,
+        "ipopt": {**IPOPT_OPTIONS, "tol": tolerance, "max_iter": most_iterations, **_warm_options(warm)},
+    }
+    if progress is not None:
+        options["iteration_callback"] = watch
+    solver = ca.nlpsol("gait", "ipopt", nlp.nlp, options)
+    began = time.perf_counter()
+    arguments = {
+        "x0": start,
+        "p": program.parameters,
+        "lbx": program.lower,
+        "ubx": program.upper,
+        "lbg": nlp.lower,
+        "ubg": nlp.upper,
+    }
+    if warm is not None:
+        arguments |= {"lam_x0": warm.bound_multipliers, "lam_g0": warm.row_multipliers}
+    result = solver(**arguments)
+    seconds = time.perf_counter() - began
+    watch.raise_interrupt()
+    return _solution(program, result, solver.stats(), seconds)
+
+
+def require_solved(solution: Solution) -> None:
+    """Raise NotSolvedError with the violated rows where the solver did not succeed."""
+    if not solution.solved:
+        raise NotSolvedError(solution.report.status, solution.rows)
+
+
+def violated_rows(program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[Row, ...]:
+    """Return the rows and bounds violated beyond ``ROW_TOLERANCE``, worst first; bounds in natural units."""
+    nlp, scale = program.program, program.layout.scale
+    rows = _rows(nlp.row_names, nlp.lower, values, nlp.upper)
+    names = variable_names(program)
+    rows += _rows(names, program.lower * scale, variables * scale, program.upper * scale)
+    return tuple(sorted(rows, key=lambda row: -row.violation))
+
+
+def variable_names(program: GaitProgram) -> tuple[str, ...]:
+    """Name of every variable: domain, node and coordinate."""
+    robot = program.problem.pattern.robot
+    names = ["period"] * program.layout.size
+    kinds = {"q": robot.coordinate_names, "v": robot.coordinate_names, "a": robot.coordinate_names}
+    words = {"q": "", "v": "rate of ", "a": "acceleration of "}
+    for domain in program.layout.domains:
+        labels = {kind: [words[kind] + name for name in kinds[kind]] for kind in kinds}
+        labels["u"] = [f"torque {name}" for name in robot.joint_names]
+        labels["force"] = [f"force {foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
+        for kind, texts in labels.items():
+            for node, places in enumerate(getattr(domain, kind)):
+                for place, text in zip(places, texts, strict=True):
+                    names[place] = f"{domain.place(node)} {text}"
+        names[int(domain.duration[0])] = f"{domain.stance.name} duration"
+        for kind in ("coefficients", "impulse"):
+            for number, place in enumerate(getattr(domain, kind)):
+                names[place] = f"{domain.stance.name} {kind} {number}"
+    return tuple(names)
+
+
+def _rows(
+    names: tuple[str, ...],
+    lower: NDArray[np.float64],
+    values: NDArray[np.float64],
+    upper: NDArray[np.float64],
+) -> list[Row]:
+    excess = np.maximum(np.maximum(lower - values, values - upper), 0.0)
+    bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
+    return [Row(names[i], float(lower[i]), float(values[i]), float(upper[i])) for i in bad]
+
+
+def _solution(program: GaitProgram, result: Any, stats: dict[str, Any], seconds: float) -> Solution:
+    variables, values = (np.array(result[key]).ravel() for key in ("x", "g"))
+    nlp = program.program
+    violation = float(np.max(np.maximum(np.maximum(nlp.lower - values, values - nlp.upper), 0.0)))
+    report = SolverReport(
+        "ipopt",
+        str(stats["return_status"]),
+        int(stats["iter_count"]),
+        seconds,
+        variables.size,
+        values.size,
+        violation,
+        float(result["f"]),
+    )
+    rows = violated_rows(program, variables, values)
+    return Solution(variables, np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel(), report, rows)
+
+
+def _warm_options(warm: Solution | None) -> dict[str, Any]:
+    if warm is None:
+        return {}
+    return {
+        "warm_start_init_point": "yes",
+        "mu_init": 1e-4,
+        "warm_start_bound_push": 1e-6,
+        "warm_start_mult_bound_push": 1e-6,
+        "warm_start_slack_bound_push": 1e-6,
+    }
+
+
+class _Watch(ca.Callback):
+    """Casadi's hook into every iteration; it keeps an interrupt until the solver has stopped."""
+
+    def __init__(self, program: GaitProgram, progress: Progress | None) -> None:
+        ca.Callback.__init__(self)
+        self._program, self._progress = program, progress
+        self._count, self._interrupt = 0, False
+        self.construct("watch", {})
+
+    def get_n_in(self) -> int:
+        return int(ca.nlpsol_n_out())
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_name_in(self, i: int) -> str:
+        return str(ca.nlpsol_out(i))
+
+    def get_name_out(self, i: int) -> str:
+        return "stop"
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        sizes = {"f": 1, "x": self._program.layout.size, "lam_x": self._program.layout.size}
+        rows = len(self._program.program.row_names)
+        sizes |= {"g": rows, "lam_g": rows, "lam_p": self._program.parameters.size}
+        name = ca.nlpsol_out(i)
+        if name == "lam_p":
+            return ca.Sparsity.dense(sizes[name], 1)
+        return ca.Sparsity.dense(sizes[name], 1)
+
+    def eval(self, arguments: list[ca.DM]) -> list[int]:
+        try:
+            self._report({ca.nlpsol_out(i): value for i, value in enumerate(arguments)})
+        except KeyboardInterrupt:
+            self._interrupt = True
+            return [1]
+        return [0]
+
+    def raise_interrupt(self) -> None:
+        """Pass on a Ctrl-C that arrived during the solve."""
+        if self._interrupt:
+            raise KeyboardInterrupt
+
+    def _report(self, values: dict[str, ca.DM]) -> None:
+        nlp = self._program.program
+        g = np.array(values["g"]).ravel()
+        excess = np.maximum(np.maximum(nlp.lower - g, g - nlp.upper), 0.0)
+        worst = int(np.argmax(excess))
+        if self._progress is not None:
+            objective = float(values["f"])
+            self._progress(Iteration(self._count, objective, float(excess[worst]), nlp.row_names[worst]))
+        self._count += 1

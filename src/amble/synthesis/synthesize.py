@@ -1,0 +1,42 @@
+"""From a gait problem to a gait."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amble.gait import Gait
+from amble.synthesis.guess import standing
+from amble.synthesis.problem import GaitProblem
+from amble.synthesis.program import build_program
+from amble.synthesis.rank import require_full_rank
+from amble.synthesis.result import from_gait, to_gait
+from amble.synthesis.solve import Progress, require_solved, solve
+
+
+def synthesize(
+    problem: GaitProblem,
+    start: Gait | None = None,
+    tolerance: float = 1e-8,
+    most_iterations: int = 500,
+    progress: Progress | None = None,
+) -> Gait:
+    """Find the gait of a problem.
+
+    Args:
+        problem: the problem.
+        start: a gait of the same pattern to start from; by default the robot stands in the problem's posture.
+        tolerance: the solver's tolerance on the scaled problem.
+        most_iterations: give up after so many.
+        progress: called after every iteration.
+
+    Raises:
+        NotSolvedError: the solver stopped without a solution; the error carries the violated rows.
+    """
+    program = build_program(problem)
+    layout = program.layout
+    natural = standing(problem, layout) if start is None else from_gait(start, layout)
+    require_full_rank(program, natural / layout.scale)
+    solution = solve(program, np.clip(natural / layout.scale, program.lower, program.upper), tolerance,
+                     most_iterations, progress=progress)
+    require_solved(solution)
+    return to_gait(problem, layout, solution)
