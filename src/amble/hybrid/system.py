@@ -87,6 +87,8 @@ class Transition:
         guard: casadi function (t, x, p) -> scalar, with the parameters of the source domain.
         reset: casadi function (t, x, p) -> state at the entry of the target, parameters of the source domain.
         direction: -1 or +1.
+        earliest: clock before which the guard is not looked at, s. It makes the rule above robust: from a start that is
+            perturbed off the section, a guard that should be zero there would cross at once.
     """
 
     source: str
@@ -94,6 +96,7 @@ class Transition:
     guard: ca.Function
     reset: ca.Function
     direction: int = -1
+    earliest: float = 0.0
 
     @classmethod
     def from_expressions(
@@ -105,6 +108,7 @@ class Transition:
         reset: ca.SX,
         direction: int = -1,
         clock: ca.SX | None = None,
+        earliest: float = 0.0,
     ) -> Transition:
         """Build a transition from symbols of the source domain."""
         clock = ca.SX.sym("t") if clock is None else clock
@@ -116,6 +120,7 @@ class Transition:
             ca.Function(f"{label}_guard", symbols, [guard], FIELD_ARGUMENTS, ["guard"]),
             ca.Function(f"{label}_reset", symbols, [ca.densify(reset)], FIELD_ARGUMENTS, ["state"]),
             direction,
+            earliest,
         )
 
     @property
@@ -142,7 +147,7 @@ class HybridSystem:
 
     Raises:
         InputError: where there is no domain, a name occurs twice, state sizes differ, a domain has no way out or
-            cannot be reached, or a guard's direction is not -1 or +1.
+            cannot be reached, a guard's direction is not -1 or +1, or its earliest clock is negative.
     """
 
     domains: tuple[Domain, ...]
@@ -214,6 +219,8 @@ def _validate(system: HybridSystem) -> None:
         system.domain(transition.target)
         if transition.direction not in (-1, 1):
             raise InputError(f"direction of '{transition.name}' is {transition.direction}; known: -1, +1")
+        if not transition.earliest >= 0:
+            raise InputError(f"the earliest clock of '{transition.name}' is {transition.earliest:g} s, below 0")
         _expect_shape(f"guard of '{transition.name}'", transition.guard, size, 1)
         _expect_shape(f"reset of '{transition.name}'", transition.reset, size, size)
     reached = _reachable(system, names[0])

@@ -28,7 +28,8 @@ typedef struct {
 typedef struct {
     void (*evaluate)(void *);
     const Callee *field, *guards;
-    const double *sign; /* +1: the guard fires rising, -1: falling */
+    const double *sign;  /* +1: the guard fires rising, -1: falling */
+    const double *first; /* clock of the first look at the guard, above 0 */
     int n, n_guards;
 } Problem;
 
@@ -185,18 +186,21 @@ static double locate(const Problem *problem, const Path *path, int guard, double
 }
 
 /* look at the guards along the newest step: the guard that crosses first, its clock in *when; -1 where none does, -2
- * where one is not a number. A value at clock 0 is never looked at: what is zero there must not fire there. */
-static int look(const Problem *problem, const Path *path, double resolution, double *values, double *when, double *work) {
+ * where one is not a number. A guard whose value is still unknown (NaN) is looked at first at its own first clock. */
+static int look(const Problem *problem, const Path *path, double *values, double *when, double *work) {
     const Span span = path->spans[path->count - 1];
     double earlier = span.start;
     int fired = -1;
-    for (int check = path->count == 1 ? 0 : 1; check <= CHECKS && fired < 0; ++check) {
-        const double clock = check ? span.start + span.length * check / CHECKS : fmin(resolution, 0.5 * span.length / CHECKS);
+    for (int check = 1; check <= CHECKS && fired < 0; ++check) {
+        const double clock = span.start + span.length * check / CHECKS;
         for (int guard = 0; guard < problem->n_guards; ++guard) {
+            if (clock <= problem->first[guard]) continue;
+            const double from = fmax(earlier, problem->first[guard]);
+            const double before = isnan(values[guard]) ? watch(problem, path, guard, from, work) : values[guard];
             const double value = watch(problem, path, guard, clock, work);
-            if (isnan(value)) return -2;
-            if (check && values[guard] < 0 && value >= 0) {
-                const double root = locate(problem, path, guard, earlier, values[guard], clock, value, work);
+            if (isnan(before) || isnan(value)) return -2;
+            if (before < 0 && value >= 0) {
+                const double root = locate(problem, path, guard, from, before, clock, value, work);
                 if (fired < 0 || root < *when) *when = root, fired = guard;
             }
             values[guard] = value;
@@ -225,7 +229,7 @@ static int finite(const double *x, int n) {
 /* Integrate from state x at clock 0 until a guard fires or `longest` is reached.
  * Writes the samples, the clock at the end, the guard that fired, the number of accepted steps. */
 int amble_flow(const Problem *problem, const Tableau *tableau, const double *start, double tolerance, double longest,
-               double resolution, int samples, double *clocks, double *states, double *end, int *fired, int *steps) {
+               int samples, double *clocks, double *states, double *end, int *fired, int *steps) {
     const int n = problem->n;
     double *work = calloc((size_t)(STAGES + 5) * n + problem->n_guards, sizeof(double));
     if (!work) return NO_MEMORY;
@@ -234,6 +238,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
     int status = TOO_LONG, rejected = 0;
     double clock = 0;
     *fired = -1;
+    for (int guard = 0; guard < problem->n_guards; ++guard) values[guard] = NAN;
     memcpy(x, start, n * sizeof(double));
     slope(problem, 0, x, k);
     double length = first_step(problem, x, k, tolerance, longest, spare);
@@ -259,7 +264,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
             status = NO_MEMORY;
             break;
         }
-        *fired = look(problem, &path, resolution, values, &clock, spare);
+        *fired = look(problem, &path, values, &clock, spare);
         if (*fired != -1) {
             status = *fired >= 0 ? CROSSED : NOT_FINITE;
             break;

@@ -3,11 +3,13 @@
 Two ways compute it, by the same method and the same rule for guards: native code (``native``), and scipy where there
 is no C compiler (``interpreted``). The rule: a guard fires where it passes zero in its direction at a clock t with
 0 < t <= t_end. Guards are looked at four times a step and located on the dense output; the first look is at
-``RESOLUTION``, so that a guard which is zero at the start, exactly or within roundoff, does not fire there.
+``RESOLUTION`` (or ``Transition.earliest``), so that a guard which is zero at the start, exactly or within roundoff,
+does not fire there.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -56,30 +58,46 @@ class Flow(Protocol):
 
 @dataclass(frozen=True)
 class Watched:
-    """A function whose zero is watched: +1 where it fires rising, -1 where it fires falling."""
+    """A function whose zero is watched from a clock on: +1 where it fires rising, -1 where it fires falling."""
 
     function: ca.Function
     direction: int
+    earliest: float
+
+
+@dataclass(frozen=True)
+class Course:
+    """What a flow follows and watches: see ``prepare_functions``."""
+
+    field: ca.Function
+    parameters: Vector
+    watched: tuple[Watched, ...]
+    mortal: bool
+
+    def outcome(self, fired: int) -> tuple[int | None, str]:
+        """Tell a transition from a fall."""
+        fell = self.mortal and fired == len(self.watched) - 1
+        return (None, FELL) if fell else (fired, "")
 
 
 def prepare(system: HybridSystem, name: str) -> Flow:
     """Prepare the flow through a domain of a system, in native code where that can be had."""
-    from amble.simulation import interpreted, native
-
     domain = system.domain(name)
     watched = watched_functions(domain, system.leaving(name))
-    flow = native.prepare(domain, watched)
-    return interpreted.prepare(domain, watched) if flow is None else flow
+    return prepare_functions(domain.field, domain.parameters, watched, domain.alive is not None)
+
+
+def prepare_functions(field: ca.Function, parameters: Vector, watched: Sequence[Watched], mortal: bool) -> Flow:
+    """Prepare a flow from functions (t, x, p); where ``mortal``, the last one watched ends the motion as a fall."""
+    from amble.simulation import interpreted, native
+
+    course = Course(field, parameters, tuple(watched), mortal)
+    flow = native.prepare(course)
+    return interpreted.prepare(course) if flow is None else flow
 
 
 def watched_functions(domain: Domain, leaving: tuple[Transition, ...]) -> tuple[Watched, ...]:
     """List the guards in the order of the transitions, then the margin of the domain where it has one."""
-    guards = [Watched(transition.guard, transition.direction) for transition in leaving]
-    margin = [] if domain.alive is None else [Watched(domain.alive, -1)]
+    guards = [Watched(transition.guard, transition.direction, transition.earliest) for transition in leaving]
+    margin = [] if domain.alive is None else [Watched(domain.alive, -1, 0.0)]
     return (*guards, *margin)
-
-
-def outcome(domain: Domain, guards: int, fired: int) -> tuple[int | None, str]:
-    """Tell a transition from a fall: the margin is watched after the guards."""
-    fell = domain.alive is not None and fired == guards - 1
-    return (None, FELL) if fell else (fired, "")

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from amble.hybrid import Domain
 from amble.hybrid.system import numeric
-from amble.simulation.flow import LOOKS, NOT_FINITE, RESOLUTION, STALLED, TOO_LONG, Passage, Watched, outcome
+from amble.simulation.flow import LOOKS, NOT_FINITE, RESOLUTION, STALLED, TOO_LONG, Course, Passage, Watched
 from amble.types import Vector
 
 Motion = Callable[[float], Vector]
@@ -18,58 +17,60 @@ Motion = Callable[[float], Vector]
 
 @dataclass(frozen=True)
 class InterpretedFlow:
-    """A prepared domain."""
+    """A prepared flow."""
 
-    domain: Domain
-    watched: tuple[Watched, ...]
+    course: Course
 
     def __call__(self, start: Vector, tolerance: float, longest: float, samples: int) -> Passage:
-        """Integrate from a state at clock 0 until a transition fires or the domain has lasted ``longest`` (s)."""
+        """Integrate from a state at clock 0 until a watched function fires or the flow has lasted ``longest`` (s)."""
         from scipy.integrate import DOP853
 
         def rate(clock: float, state: Vector) -> Vector:
-            return numeric(self.domain.field(clock, state, self.domain.parameters))
+            return numeric(self.course.field(clock, state, self.course.parameters))
 
+        pieces: list[Any] = []
+        values = np.full(len(self.course.watched), np.nan)
         with np.errstate(all="ignore"):  # what is not finite is reported, not warned about
             stepper = DOP853(rate, 0.0, np.array(start, dtype=np.float64), longest, rtol=tolerance, atol=tolerance)
-            pieces: list[Any] = []
-            values: Vector | None = None
-            while stepper.status == "running":
-                stepper.step()
-                if stepper.status == "failed":
-                    break
-                pieces.append(stepper.dense_output())
-                values, crossing = self._look(pieces[-1], values)
-                if not np.all(np.isfinite(values)):
-                    stepper.status = "failed"
-                elif crossing is not None:
-                    which, ended = outcome(self.domain, len(self.watched), crossing[0])
-                    return _passage(pieces, start, crossing[1], samples, which, ended)
-        if stepper.status == "finished":
-            return _passage(pieces, start, longest, samples, None, TOO_LONG)
-        ended = STALLED if np.all(np.isfinite(rate(stepper.t, stepper.y))) else NOT_FINITE
+            try:
+                while stepper.status == "running":
+                    stepper.step()
+                    if stepper.status == "failed":
+                        break
+                    pieces.append(stepper.dense_output())
+                    crossing = self._look(pieces[-1], values)
+                    if crossing is not None:
+                        which, ended = self.course.outcome(crossing[0])
+                        return _passage(pieces, start, crossing[1], samples, which, ended)
+            except FloatingPointError:
+                return _passage(pieces, start, stepper.t, samples, None, NOT_FINITE)
+            finite = np.all(np.isfinite(rate(stepper.t, stepper.y)))
+        ended = TOO_LONG if stepper.status == "finished" else STALLED if finite else NOT_FINITE
         return _passage(pieces, start, pieces[-1].t if pieces else 0.0, samples, None, ended)
 
     def _value(self, item: Watched, clock: float, state: Vector) -> float:
-        return item.direction * float(item.function(clock, state, self.domain.parameters))
+        return item.direction * float(item.function(clock, state, self.course.parameters))
 
-    def _look(self, piece: Any, before: Vector | None) -> tuple[Vector, tuple[int, float] | None]:
-        """Look at the guards along a step; returns their last values and the first crossing (guard, clock)."""
-        length = piece.t - piece.t_old
-        clocks = piece.t_old + length * np.arange(1, LOOKS + 1) / LOOKS
+    def _look(self, piece: Any, values: Vector) -> tuple[int, float] | None:
+        """Look at the guards along a step, keeping their last values; returns the first crossing (guard, clock)."""
         earlier = piece.t_old
-        if before is None:
-            earlier = min(RESOLUTION, 0.5 * length / LOOKS)
-            before = np.array([self._value(item, earlier, piece(earlier)) for item in self.watched])
-        for clock in clocks:
-            now = np.array([self._value(item, clock, piece(clock)) for item in self.watched])
-            crossed = np.flatnonzero((before < 0) & (now >= 0))
-            roots = [(self._root(piece, self.watched[guard], earlier, clock), int(guard)) for guard in crossed]
+        for clock in piece.t_old + (piece.t - piece.t_old) * np.arange(1, LOOKS + 1) / LOOKS:
+            roots = []
+            for guard, item in enumerate(self.course.watched):
+                start = max(earlier, item.earliest, RESOLUTION)
+                if clock <= start:
+                    continue
+                before = self._value(item, start, piece(start)) if np.isnan(values[guard]) else values[guard]
+                values[guard] = self._value(item, clock, piece(clock))
+                if np.isnan(before) or np.isnan(values[guard]):
+                    raise FloatingPointError
+                if before < 0 <= values[guard]:
+                    roots.append((self._root(piece, item, start, clock), guard))
             if roots:
                 when, guard = min(roots)
-                return now, (guard, when)
-            before, earlier = now, clock
-        return before, None
+                return guard, when
+            earlier = clock
+        return None
 
     def _root(self, piece: Any, item: Watched, earlier: float, later: float) -> float:
         from scipy.optimize import brentq
@@ -80,9 +81,9 @@ class InterpretedFlow:
         return float(brentq(value, earlier, later, xtol=1e-15, rtol=1e-15))
 
 
-def prepare(domain: Domain, watched: Sequence[Watched]) -> InterpretedFlow:
-    """Prepare a domain."""
-    return InterpretedFlow(domain, tuple(watched))
+def prepare(course: Course) -> InterpretedFlow:
+    """Prepare a flow."""
+    return InterpretedFlow(course)
 
 
 def _passage(pieces: Sequence[Any], start: Vector, end: float, samples: int, fired: int | None, ended: str) -> Passage:

@@ -10,7 +10,6 @@ import ctypes
 import functools
 import os
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,7 @@ import numpy as np
 from amble.codegen.cache import content_key, intact, locked, seal, writable_folder
 from amble.codegen.compiler import Compiler, compiler
 from amble.errors import WorkError
-from amble.hybrid import Domain
-from amble.simulation.flow import NOT_FINITE, RESOLUTION, STALLED, TOO_LONG, Flow, Passage, Watched, outcome
+from amble.simulation.flow import NOT_FINITE, RESOLUTION, STALLED, TOO_LONG, Course, Flow, Passage
 from amble.simulation.tableau import dop853
 from amble.types import NodeValues, Vector
 
@@ -54,6 +52,7 @@ class _Problem(ctypes.Structure):
         ("field", ctypes.POINTER(_Callee)),
         ("guards", ctypes.POINTER(_Callee)),
         ("sign", _DOUBLES),
+        ("first", _DOUBLES),
         ("n", ctypes.c_int),
         ("n_guards", ctypes.c_int),
     )
@@ -61,49 +60,50 @@ class _Problem(ctypes.Structure):
 
 @dataclass(frozen=True)
 class NativeFlow:
-    """A prepared domain; ``kept`` holds the memory that the C structures point to."""
+    """A prepared flow; ``kept`` holds the memory that the C structures point to."""
 
-    domain: Domain
+    course: Course
     routine: Any
     problem: _Problem
     tableau: _Tableau
     kept: tuple[Any, ...]
 
     def __call__(self, start: Vector, tolerance: float, longest: float, samples: int) -> Passage:
-        """Integrate from a state at clock 0 until a transition fires or the domain has lasted ``longest`` (s)."""
+        """Integrate from a state at clock 0 until a watched function fires or the flow has lasted ``longest`` (s)."""
         entry = np.array(start, dtype=np.float64)
         clock, state = np.zeros(samples), np.tile(entry, (samples, 1))
         end, fired, steps = ctypes.c_double(), ctypes.c_int(), ctypes.c_int()
         status = self.routine(
-            ctypes.byref(self.problem), ctypes.byref(self.tableau), _doubles(entry), tolerance, longest, RESOLUTION,
+            ctypes.byref(self.problem), ctypes.byref(self.tableau), _doubles(entry), tolerance, longest,
             samples, _doubles(clock), _doubles(state), ctypes.byref(end), ctypes.byref(fired), ctypes.byref(steps),
         )  # fmt: skip
         if status == NO_MEMORY:
-            raise WorkError(f"the simulation of domain '{self.domain.name}' ran out of memory")
+            raise WorkError(f"the simulation of '{self.course.field.name()}' ran out of memory")
         if status != CROSSED:
             return Passage(clock, state, None, REASONS[status], steps.value)
-        which, ended = outcome(self.domain, self.problem.n_guards, fired.value)
+        which, ended = self.course.outcome(fired.value)
         return Passage(clock, state, which, ended, steps.value)
 
 
-def prepare(domain: Domain, watched: Sequence[Watched]) -> Flow | None:
-    """Prepare a domain; None where there is no C compiler or casadi's buffer interface cannot be reached from C."""
+def prepare(course: Course) -> Flow | None:
+    """Prepare a flow; None where there is no C compiler or casadi's buffer interface cannot be reached from C."""
     library = _library()
     evaluate = _evaluate_address()
     if library is None or evaluate is None:
         return None
-    field, field_memory = _callee(domain.field, domain.parameters)
-    bound = [_callee(item.function, domain.parameters) for item in watched]
+    field, field_memory = _callee(course.field, course.parameters)
+    bound = [_callee(item.function, course.parameters) for item in course.watched]
     guards = (_Callee * len(bound))(*(callee for callee, _ in bound))
-    sign = np.array([float(item.direction) for item in watched])
+    sign = np.array([float(item.direction) for item in course.watched])
+    first = np.array([max(item.earliest, RESOLUTION) for item in course.watched])
     problem = _Problem(
-        evaluate, ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), _doubles(sign),
-        domain.state_size, len(bound),
+        evaluate, ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), _doubles(sign), _doubles(first),
+        course.field.numel_in(1), len(bound),
     )  # fmt: skip
     method = dop853()
     arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
-    kept = (field, field_memory, guards, sign, arrays, *(memory for _, memory in bound))
-    return NativeFlow(domain, library.amble_flow, problem, _Tableau(*map(_doubles, arrays)), kept)
+    kept = (field, field_memory, guards, sign, first, arrays, *(memory for _, memory in bound))
+    return NativeFlow(course, library.amble_flow, problem, _Tableau(*map(_doubles, arrays)), kept)
 
 
 def _callee(function: ca.Function, parameters: Vector) -> tuple[_Callee, tuple[Any, ...]]:
@@ -162,7 +162,7 @@ def _library() -> ctypes.CDLL | None:
 def _load(path: Path) -> ctypes.CDLL:
     library = ctypes.CDLL(str(path))
     library.amble_flow.argtypes = (
-        ctypes.POINTER(_Problem), ctypes.POINTER(_Tableau), _DOUBLES, ctypes.c_double, ctypes.c_double, ctypes.c_double,
+        ctypes.POINTER(_Problem), ctypes.POINTER(_Tableau), _DOUBLES, ctypes.c_double, ctypes.c_double,
         ctypes.c_int, _DOUBLES, _DOUBLES, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int),
         ctypes.POINTER(ctypes.c_int),
     )  # fmt: skip

@@ -1,0 +1,145 @@
+"""The derivative of the Poincare map by variational equations.
+
+Shorthand of this file: f the vector field, H the guard, D the reset (t, x) -> x+, all at the event, t the clock of the
+domain. Along a domain Phi' = (df/dx) Phi, Phi(0) = 1. A change dx of the entry state moves the event by
+
+    dt = - (dH/dx Phi dx) / (dH/dx f + dH/dt),
+
+and the state after the reset by D_x (Phi dx + f dt) + D_t dt. The factor of a domain, entry to entry, is therefore
+
+    S = D_x Phi - (D_x f + D_t) (H_x Phi) / (H_x f + H_t).                                                      (1)
+
+No field of the next domain occurs, unlike in the saltation matrix D_x + (f+ - D_x f) H_x / (H_x f), because here the
+clock stops at the entry instead of running on: the products along a cycle have the same spectrum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from amble.errors import FallError, WorkError
+from amble.hybrid import Domain, HybridSystem, Transition
+from amble.simulation.flow import Flow, Watched, prepare_functions, watched_functions
+from amble.simulation.walk import apply_reset
+from amble.stability.derivatives import field_jacobian, slopes
+from amble.stability.poincare import LONGEST, TOLERANCE
+from amble.types import Matrix, Vector, frozen
+
+GRAZING = 1e-9
+"""A guard whose rate along the field is smaller than this share of its gradient times the field's length grazes."""
+
+
+@dataclass(frozen=True)
+class Monodromy:
+    """The Poincare map and its derivative at a state.
+
+    Attributes:
+        image: P(x), (n_x,).
+        matrix: dP/dx, (n_x, n_x): the product of the factors, the last domain's leftmost.
+        factors: S of every domain of the cycle, in order, entry to entry, (n_x, n_x).
+        durations: of the domains, s.
+    """
+
+    image: Vector
+    matrix: Matrix
+    factors: tuple[Matrix, ...]
+    durations: tuple[float, ...]
+
+    @property
+    def period(self) -> float:
+        """Duration of the cycle, s."""
+        return float(sum(self.durations))
+
+
+@dataclass(frozen=True)
+class Variational:
+    """The variational equations of a system, prepared for repeated use: one flow of (x, Phi) a domain."""
+
+    steps: tuple[tuple[Domain, Transition, Flow], ...]
+
+    def __call__(self, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST) -> Monodromy:
+        """Return the Poincare map and its derivative; see ``monodromy``."""
+        entry = np.array(state, dtype=np.float64).reshape(-1)
+        size = entry.size
+        factors, durations = [], []
+        total = np.eye(size)
+        for domain, transition, flow in self.steps:
+            start = np.concatenate([entry, np.eye(size).reshape(-1)])
+            passed = flow(start, tolerance, longest, 2)
+            if passed.fired is None:
+                raise FallError(f"the motion {passed.ended} in domain '{domain.name}' after {passed.clock[-1]:.6g} s")
+            clock, before = float(passed.clock[-1]), passed.state[-1, :size]
+            transported = passed.state[-1, size:].reshape(size, size, order="F")
+            factor = _factor(domain, transition, clock, before, transported)
+            entry = apply_reset(domain, transition, clock, before)
+            total = factor @ total
+            factors.append(frozen(factor))
+            durations.append(clock)
+        return Monodromy(frozen(entry), frozen(total), tuple(factors), tuple(durations))
+
+
+def monodromy(system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST) -> Monodromy:
+    """Differentiate the Poincare map at a state by variational equations.
+
+    Args:
+        system: the system; its domains form one cycle.
+        state: at the entry of the first domain, (n_x,).
+        tolerance: of the integrator, relative and absolute, for the state and its derivative alike.
+        longest: the longest that one domain may last, s.
+
+    Raises:
+        FallError: where the motion does not come back.
+        InputError: where the graph is not one cycle, or a function cannot be differentiated.
+        WorkError: where the orbit only grazes a guard, so that the map has no derivative.
+    """
+    return prepare_variational(system)(state, tolerance, longest)
+
+
+def prepare_variational(system: HybridSystem) -> Variational:
+    """Build the variational equations of a system; errors as in ``monodromy``."""
+    return Variational(tuple((domain, leaving, _flow(domain, leaving)) for domain, leaving in system.cycle()))
+
+
+def augmented(domain: Domain) -> ca.Function:
+    """Return the field of (x, Phi), Phi by columns, as a function (t, (x, Phi), p)."""
+    size = domain.state_size
+    clock, both, parameters = _symbols(domain)
+    state, transported = both[:size], ca.reshape(both[size:], size, size)
+    jacobian = ca.densify(field_jacobian(domain)(clock, state, parameters))
+    rate = ca.vertcat(domain.field(clock, state, parameters), ca.vec(jacobian @ transported))
+    return ca.Function(f"{domain.name}_variational", [clock, both, parameters], [rate])
+
+
+def _flow(domain: Domain, leaving: Transition) -> Flow:
+    size = domain.state_size
+    arguments = _symbols(domain)
+    clock, both, parameters = arguments
+    lifted = [
+        Watched(
+            ca.Function(f"{item.function.name()}_lifted", arguments, [item.function(clock, both[:size], parameters)]),
+            item.direction,
+            item.earliest,
+        )
+        for item in watched_functions(domain, (leaving,))
+    ]
+    return prepare_functions(augmented(domain), domain.parameters, lifted, domain.alive is not None)
+
+
+def _symbols(domain: Domain) -> list[ca.MX]:
+    size = domain.state_size
+    return [ca.MX.sym("t"), ca.MX.sym("z", size * (size + 1)), ca.MX.sym("p", domain.parameters.size)]
+
+
+def _factor(domain: Domain, leaving: Transition, clock: float, state: Vector, transported: Matrix) -> Matrix:
+    """Equation (1)."""
+    where = (clock, state, domain.parameters)
+    guard_x, guard_t = slopes(leaving.guard, f"the guard of '{leaving.name}'", *where)
+    reset_x, reset_t = slopes(leaving.reset, f"the reset of '{leaving.name}'", *where)
+    rate = np.asarray(domain.field(*where).full()).reshape(-1)
+    crossing = float((guard_x @ rate + guard_t).item())
+    if abs(crossing) < GRAZING * (np.linalg.norm(guard_x) * np.linalg.norm(rate) + abs(guard_t.item())):
+        raise WorkError(f"the orbit only grazes the guard of '{leaving.name}', so its Poincare map has no derivative")
+    return reset_x @ transported - np.outer(reset_x @ rate + reset_t, guard_x @ transported) / crossing

@@ -1,0 +1,45 @@
+"""The Poincare map of a hybrid system: from the entry of its first domain to the next entry of its first domain.
+
+The state after a reset lies on the section by itself, so the map needs no coordinates of a section: it takes any state
+near an orbit, in all n coordinates, and returns a state just after a reset. Its derivative has the multipliers of the
+orbit as eigenvalues, and one 0 more where the usual map on a section of dimension n - 1 has none.
+"""
+
+from __future__ import annotations
+
+from amble.errors import FallError
+from amble.hybrid import HybridSystem
+from amble.simulation.walk import walk
+from amble.types import Vector
+
+TOLERANCE = 1e-12
+LONGEST = 10.0
+
+
+def poincare_map(system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST) -> Vector:
+    """Map the entry state of the first domain to the next one, one cycle later.
+
+    Args:
+        system: the system.
+        state: at the entry of the first domain, (n_x,).
+        tolerance: of the integrator, relative and absolute.
+        longest: the longest that one domain may last, s.
+
+    Returns:
+        The state at the next entry of the first domain, (n_x,).
+
+    Raises:
+        FallError: where the motion does not come back; the message says why and when.
+        InputError: for a state of another size or that is not finite.
+    """
+    return passage(system, state, tolerance, longest)[0]
+
+
+def passage(
+    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST
+) -> tuple[Vector, float]:
+    """Return the image of the Poincare map and how long the cycle took (s); see ``poincare_map``."""
+    walked = walk(system, state, 1, tolerance, 2, longest)
+    if not walked.cycles:
+        raise FallError(walked.ended)
+    return walked.events[-1].after, walked.events[-1].time
