@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from amble.robot import Robot, dynamics
-from amble.types import Matrix, Vector
+from amble.types import Matrix
 from tests.oracle import Oracle, oracle
+from tests.robot.sampling import relative_error, sampled, theirs
 from tests.robots import ROBOTS, random_states, robot
 
 STATES = 1000
@@ -19,22 +18,6 @@ STATES = 1000
 # Both sides round at 1e-16 per operation over chains of about a hundred operations; 1e-10 is the promise, and what is
 # measured is about 1e-15.
 TOLERANCE = 1e-10
-
-
-def sampled(of: Robot, build: Callable[..., ca.SX], *samples: Matrix) -> Matrix:
-    """Evaluate an expression of vectors at every sample, (samples, entries) with matrices in column order."""
-    symbols = [ca.SX.sym(f"a{i}", of.size) for i in range(len(samples))]
-    function = ca.Function("f", symbols, [ca.vec(ca.densify(build(*symbols)))])
-    return np.asarray(function(*(sample.T for sample in samples))).reshape(-1, samples[0].shape[0], order="F").T
-
-
-def relative_error(ours: Matrix, theirs: Matrix) -> float:
-    """Largest deviation of a sample, relative to the largest entry of that sample."""
-    return float((np.abs(ours - theirs).max(axis=1) / np.abs(theirs).max(axis=1)).max())
-
-
-def theirs(evaluate: Callable[..., Matrix | Vector | float], *samples: Matrix) -> Matrix:
-    return np.array([np.ravel(evaluate(*row), order="F") for row in zip(*samples, strict=True)])
 
 
 @pytest.fixture(params=ROBOTS)

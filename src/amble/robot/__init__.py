@@ -4,5 +4,17 @@ from amble.robot import catalogue, dynamics, kinematics
 from amble.robot.loading import load_robot
 from amble.robot.mirror import Mirror
 from amble.robot.model import Foot, Joint, Link, Robot
+from amble.robot.symmetry import symmetrized
 
-__all__ = ["Foot", "Joint", "Link", "Mirror", "Robot", "catalogue", "dynamics", "kinematics", "load_robot"]
+__all__ = [
+    "Foot",
+    "Joint",
+    "Link",
+    "Mirror",
+    "Robot",
+    "catalogue",
+    "dynamics",
+    "kinematics",
+    "load_robot",
+    "symmetrized",
+]

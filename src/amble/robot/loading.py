@@ -66,6 +66,7 @@ def load_robot(
         raise InputError(f"{path.name}: the robot has no actuated joint")
     moving = [_moving_joint(joint, index, placements[joint.parent]) for index, joint in enumerate(joints)]
     point_feet = tuple(_foot(label, frame, file, placements) for label, frame in feet.items())
+    _check_distinct(point_feet, links, path)
     return Robot(
         file.name if name is None else name,
         path.name,
@@ -205,6 +206,14 @@ def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Pla
         raise UnknownNameError(f"link or joint for foot '{label}'", frame, (*links, *child_of))
     at = placements[link]
     return Foot(label, frame, at.carrier, frozen(at.translation))
+
+
+def _check_distinct(feet: tuple[Foot, ...], links: tuple[Link, ...], path: Path) -> None:
+    for i, foot in enumerate(feet):
+        for other in feet[:i]:
+            if foot.link == other.link and np.array_equal(foot.offset, other.offset):
+                where = links[foot.link].name
+                raise InputError(f"{path.name}: feet '{other.name}' and '{foot.name}' are the same point of '{where}'")
 
 
 def _twins(labels: tuple[str, ...], twins: Iterable[tuple[str, str]] | None) -> tuple[tuple[str, str], ...]:

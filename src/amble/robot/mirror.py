@@ -95,8 +95,7 @@ def find_mirror(robot: Robot) -> Mirror:
     Raises:
         InputError: where feet have no twins, or the robot is not symmetric.
     """
-    feet = _twin_feet(robot)
-    partner = _partners(robot, feet)
+    feet, partner = _twin_feet(robot), partners(robot)
     sign = np.array([_axis_sign(robot, j, partner[j]) for j in range(len(robot.joints))])
     index = np.array([partner[j] for j in range(len(robot.joints))])
     coordinates = SignedPermutation(np.concatenate([np.arange(6), 6 + index]), frozen([*BASE_SIGNS, *sign]))
@@ -108,7 +107,7 @@ def find_mirror(robot: Robot) -> Mirror:
     if not asymmetry <= robot.symmetry_tolerance:
         raise InputError(
             f"robot '{robot.name}' is not left-right symmetric: {what} deviates by {asymmetry:.2g} of its size, "
-            f"the tolerance is {robot.symmetry_tolerance:.2g}"
+            f"the tolerance is {robot.symmetry_tolerance:.2g}; amble.robot.symmetrized averages left and right inertias"
         )
     return Mirror(coordinates, SignedPermutation(index, frozen(sign)), forces, feet, asymmetry)
 
@@ -126,8 +125,13 @@ def _twin_feet(robot: Robot) -> dict[str, str]:
     return {name: feet[name] for name in robot.foot_names}
 
 
-def _partners(robot: Robot, feet: Mapping[str, str]) -> dict[int, int]:
-    """Pair joints along the legs of twin feet, and the joints on no leg by where they are at the zero pose."""
+def partners(robot: Robot) -> dict[int, int]:
+    """Pair joints along the legs of twin feet, and the joints on no leg by where they are at the zero pose.
+
+    Raises:
+        InputError: where feet have no twins, or joints do not pair.
+    """
+    feet = _twin_feet(robot)
     partner: dict[int, int] = {}
     for name, twin in feet.items():
         own, other = (robot.chain(robot.foot(label).link) for label in (name, twin))
