@@ -1,0 +1,178 @@
+"""The stability certificate of a periodic orbit: every number twice where it matters, and refused when in doubt.
+
+The orbit is exponentially stable when the spectral radius of the reduced return map A is below 1. The certificate holds
+A by variational equations, and by differences of the whole map as a second opinion. The error bar of the radius is
+rho_e(A) - rho(A), where rho_e is the pseudospectral radius: the largest radius that any perturbation of size e of A can
+give, with e the distance of the two matrices plus the change of A under the last step of a tolerance sweep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.errors import CertificateError, Row
+from amble.hybrid import HybridSystem
+from amble.stability.differences import Differences, difference_check
+from amble.stability.group import closest_shift
+from amble.stability.monodromy import prepare_variational
+from amble.stability.poincare import LONGEST
+from amble.stability.pseudospectrum import pseudospectral_radius
+from amble.stability.spectrum import Spectrum, spectrum
+from amble.types import Json, Matrix, Vector, frozen
+
+TOLERANCES = (1e-8, 1e-10, 1e-12)
+LARGEST_RESIDUAL = 1e-8
+LARGEST_DISAGREEMENT = 1e-4
+LARGEST_DEFECT = 1e-6
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What is known about the stability of an orbit.
+
+    Attributes:
+        state: the fixed point at the entry of the first domain, (n_x,).
+        state_names: names of the states.
+        residual: largest |P(x) - g x|.
+        period: duration of a cycle, s.
+        shift: how far a cycle moves along each symmetry, by name.
+        spectrum: multipliers modulo the symmetries, and the symmetries as measured, at the tightest tolerance.
+        error: error bar of the spectral radius.
+        disagreement: distance of the two matrices A, relative to the first (2-norm).
+        sweep: (tolerance of the integrator, spectral radius).
+        differences: the second opinion: its step and its own sweep.
+        lyapunov: W with A^T W A - W = -1, which is positive definite, in the basis of the spectrum; None where the
+            radius is not below 1.
+    """
+
+    state: Vector
+    state_names: tuple[str, ...]
+    residual: float
+    period: float
+    shift: dict[str, float]
+    spectrum: Spectrum
+    error: float
+    disagreement: float
+    sweep: tuple[tuple[float, float], ...]
+    differences: Differences
+    lyapunov: Matrix | None
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius of the cycle."""
+        return self.spectrum.radius
+
+    def rows(self) -> tuple[Row, ...]:
+        """Return the conditions of the certificate as rows."""
+        defects = [
+            Row(f"defect of symmetry '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
+            for neutral in self.spectrum.neutral
+        ]
+        return (
+            Row("spectral radius plus its error bar", 0.0, self.radius + self.error, float(np.nextafter(1.0, 0.0))),
+            Row("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
+            Row("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
+            *defects,
+        )
+
+    def to_json(self) -> Json:
+        """Return the certificate as a tree for a JSON file."""
+        return {
+            "spectral_radius": self.radius,
+            "spectral_radius_error": self.error,
+            "multipliers": [[float(value.real), float(value.imag)] for value in self.spectrum.multipliers],
+            "symmetries": [
+                {
+                    "name": neutral.name,
+                    "multiplier": neutral.multiplier,
+                    "defect": neutral.residual,
+                    "shift": self.shift[neutral.name],
+                }
+                for neutral in self.spectrum.neutral
+            ],
+            "period_s": self.period,
+            "fixed_point": dict(zip(self.state_names, map(float, self.state), strict=True)),
+            "fixed_point_residual": self.residual,
+            "jacobians": {
+                "disagreement_relative": self.disagreement,
+                "difference_step": self.differences.step,
+                "difference_sweep": [list(pair) for pair in self.differences.sweep],
+            },
+            "tolerance_sweep": [list(pair) for pair in self.sweep],
+            "return_map": self.spectrum.matrix.tolist(),
+            "basis": self.spectrum.basis.tolist(),
+            "lyapunov": None if self.lyapunov is None else self.lyapunov.tolist(),
+        }
+
+
+def assess(
+    system: HybridSystem, state: Vector, tolerances: Sequence[float] = TOLERANCES, longest: float = LONGEST
+) -> Certificate:
+    """Compute everything that a certificate holds, without judging it; see ``certify``."""
+    entry = np.array(state, dtype=np.float64).reshape(-1)
+    variational = prepare_variational(system)
+    swept = []
+    for tolerance in sorted(set(tolerances), reverse=True):
+        there = variational(entry, tolerance, longest)
+        swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
+    _, there, best = swept[-1]
+    differences = difference_check(system, entry, longest=longest)
+    second = spectrum(system, entry, there.image, differences.matrix)
+    distance = float(np.linalg.norm(best.matrix - second.matrix, 2))
+    previous = swept[max(len(swept) - 2, 0)][2]
+    doubt = distance + float(np.linalg.norm(best.matrix - previous.matrix, 2))
+    shift = closest_shift(system, entry, there.image)
+    names = [symmetry.name for symmetry in system.symmetries]
+    return Certificate(
+        state=frozen(entry),
+        state_names=system.state_names,
+        residual=float(np.abs(there.image - shift.image).max()),
+        period=there.period,
+        shift=dict(zip(names, map(float, shift.amounts), strict=True)),
+        spectrum=best,
+        error=pseudospectral_radius(best.matrix, doubt) - best.radius,
+        disagreement=distance / float(np.linalg.norm(best.matrix, 2)),
+        sweep=tuple((tolerance, candidate.radius) for tolerance, _, candidate in swept),
+        differences=differences,
+        lyapunov=lyapunov_matrix(best.matrix) if best.radius < 1.0 else None,
+    )
+
+
+def certify(
+    system: HybridSystem,
+    state: Vector,
+    conditions: Sequence[Row] = (),
+    tolerances: Sequence[float] = TOLERANCES,
+    longest: float = LONGEST,
+) -> Certificate:
+    """Certify that the orbit through a fixed point is exponentially stable.
+
+    Args:
+        system: the system; a guard that is zero at the entry of the first domain needs ``Transition.earliest``.
+        state: the fixed point, at the entry of the first domain, (n_x,).
+        conditions: what else must hold on the orbit (contacts, limits), as rows.
+        tolerances: of the integrator; the last, tightest one counts, the sweep goes into the error bar.
+        longest: the longest that one domain may last, s.
+
+    Raises:
+        CertificateError: where the radius plus its error bar is not below 1, the two Jacobians disagree, the state is
+            not a fixed point, a symmetry does not hold, or a condition is violated; the message lists the rows.
+        FallError: where the motion does not come back.
+    """
+    certificate = assess(system, state, tolerances, longest)
+    refused = [row for row in (*certificate.rows(), *conditions) if row.violation > 0]
+    if refused:
+        listing = "\n".join(str(row) for row in sorted(refused, key=lambda row: -row.violation))
+        raise CertificateError(f"no certificate: {len(refused)} conditions fail\n{listing}")
+    return certificate
+
+
+def lyapunov_matrix(matrix: Matrix) -> Matrix:
+    """Solve A^T W A - W = -1 for the symmetric W; positive definite exactly where the spectral radius is below 1."""
+    from scipy.linalg import solve_discrete_lyapunov
+
+    solution = solve_discrete_lyapunov(matrix.T, np.eye(len(matrix)))
+    return frozen(0.5 * (solution + solution.T))

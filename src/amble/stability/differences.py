@@ -1,0 +1,98 @@
+"""The derivative of the Poincare map a second time: central differences of the whole map, with a sweep of the step.
+
+Nothing is shared with the variational equations but the motion itself, so that their agreement means something. The
+stencil is the central one of order 4: (8 (P(+h) - P(-h)) - (P(+2h) - P(-2h))) / 12 h. The error falls with h^4 until
+the noise of the integrator, about its tolerance / h, takes over; the sweep finds the place between.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.errors import FallError, InputError
+from amble.hybrid import HybridSystem
+from amble.stability.poincare import LONGEST, poincare_map
+from amble.types import Matrix, Vector, frozen
+
+STEPS = (1e-3, 1e-4, 1e-5, 1e-6)
+TOLERANCE = 1e-13
+
+
+@dataclass(frozen=True)
+class Differences:
+    """dP/dx by differences.
+
+    Attributes:
+        matrix: the best of the sweep, (n_x, n_x).
+        step: its step.
+        disagreement: |best - its neighbour in the sweep| (2-norm): an estimate of the error of ``matrix``.
+        sweep: (step, 2-norm distance to the matrix of the next step) for all steps but the last; infinite where the
+            motion from a perturbed state did not come back.
+    """
+
+    matrix: Matrix
+    step: float
+    disagreement: float
+    sweep: tuple[tuple[float, float], ...]
+
+
+def difference_check(
+    system: HybridSystem,
+    state: Vector,
+    steps: Sequence[float] = STEPS,
+    tolerance: float = TOLERANCE,
+    longest: float = LONGEST,
+) -> Differences:
+    """Differentiate the Poincare map by central differences of order 4.
+
+    Args:
+        system: the system. A guard that is zero at the entry of the first domain needs ``Transition.earliest``.
+        state: where, (n_x,).
+        steps: the sweep, at least two different steps; the same for every state.
+        tolerance: of the integrator.
+        longest: the longest that one domain may last, s.
+
+    Raises:
+        FallError: where the motion comes back for fewer than two neighbouring steps.
+        InputError: for fewer than two steps, or steps that are not positive.
+    """
+    ordered = sorted(set(steps), reverse=True)
+    if len(ordered) < 2 or ordered[-1] <= 0:
+        raise InputError("the sweep of the differences takes at least two different positive steps")
+    matrices: list[Matrix | None] = []
+    reason = ""
+    for step in ordered:
+        try:
+            matrices.append(_central(system, state, step, tolerance, longest))
+        except FallError as error:
+            matrices.append(None)
+            reason = str(error)
+    distances = [_distance(first, second) for first, second in itertools.pairwise(matrices)]
+    best = int(np.argmin(distances))
+    matrix = matrices[best + 1]
+    if matrix is None or not np.isfinite(distances[best]):
+        raise FallError(f"no two steps of the difference sweep come back: {reason}")
+    sweep = tuple(zip(ordered[:-1], distances, strict=True))
+    return Differences(frozen(matrix), ordered[best + 1], distances[best], sweep)
+
+
+def _central(system: HybridSystem, state: Vector, step: float, tolerance: float, longest: float) -> Matrix:
+    columns = []
+    for direction in np.eye(system.state_size):
+        near, far = (
+            poincare_map(system, state + size * direction, tolerance, longest)
+            - poincare_map(system, state - size * direction, tolerance, longest)
+            for size in (step, 2 * step)
+        )
+        columns.append((8 * near - far) / (12 * step))
+    return np.column_stack(columns)
+
+
+def _distance(first: Matrix | None, second: Matrix | None) -> float:
+    if first is None or second is None:
+        return float("inf")
+    return float(np.linalg.norm(first - second, 2))

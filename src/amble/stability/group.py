@@ -1,0 +1,89 @@
+"""The symmetry group of a hybrid system: its action on states, and how far a cycle moves along it.
+
+A walker that repeats its step somewhere else is periodic up to the group: P(x) = g x with g = exp(sum_i s_i xi_i),
+where xi_i are the generators of ``HybridSystem.symmetries`` (a translation of x: the constant unit vector of x). The
+generators must span a Lie algebra, as translations do, or translations of x and y together with a turn about z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from amble.errors import InputError, WorkError
+from amble.hybrid import Domain, HybridSystem
+from amble.hybrid.system import FIELD_ARGUMENTS, numeric
+from amble.simulation.flow import TOO_LONG, prepare_functions
+from amble.stability.monodromy import augmented
+from amble.types import Matrix, Vector, frozen
+
+TOLERANCE = 1e-13
+ITERATIONS = 50
+
+
+@dataclass(frozen=True)
+class Shift:
+    """The group element that carries a state closest to another one.
+
+    Attributes:
+        amounts: s_i, one a symmetry.
+        image: g x, (n_x,).
+        matrix: d(g x)/dx, (n_x, n_x).
+    """
+
+    amounts: Vector
+    image: Vector
+    matrix: Matrix
+
+
+def generators(system: HybridSystem, state: Vector) -> Matrix:
+    """Return the generators at a state as columns, (n_x, n_symmetries).
+
+    Raises:
+        InputError: where they are linearly dependent there, or of another size than the state.
+    """
+    columns = [numeric(symmetry.generator(state)) for symmetry in system.symmetries]
+    for symmetry, column in zip(system.symmetries, columns, strict=True):
+        if column.size != system.state_size:
+            raise InputError(f"the generator of symmetry '{symmetry.name}' has {column.size} values, not the state's")
+    matrix = np.array(columns).reshape(len(columns), system.state_size).T
+    if np.linalg.matrix_rank(matrix) < len(columns):
+        raise InputError(f"the symmetries {', '.join(s.name for s in system.symmetries)} are dependent at this state")
+    return matrix
+
+
+def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
+    """Move a state by exp(sum_i s_i xi_i), the flow of the generators for a unit of time."""
+    if not np.any(amounts):
+        return Shift(frozen(amounts), frozen(state), frozen(np.eye(system.state_size)))
+    size = system.state_size
+    clock, symbol, parameters = ca.MX.sym("t"), ca.MX.sym("x", size), ca.MX.sym("p", len(system.symmetries))
+    weighted = [parameters[i] * symmetry.generator(symbol) for i, symmetry in enumerate(system.symmetries)]
+    rate = ca.densify(sum(weighted, start=ca.MX.zeros(size)))
+    field = ca.Function("symmetry", [clock, symbol, parameters], [rate], FIELD_ARGUMENTS, ["rate"])
+    group = Domain("symmetry", field, frozen(amounts))
+    flow = prepare_functions(augmented(group), group.parameters, [], mortal=False)
+    passed = flow(np.concatenate([state, np.eye(size).reshape(-1)]), TOLERANCE, 1.0, 2)
+    if passed.ended != TOO_LONG:
+        raise WorkError(f"the motion along the symmetries {passed.ended}")
+    end = passed.state[-1]
+    return Shift(frozen(amounts), frozen(end[:size]), frozen(end[size:].reshape(size, size, order="F")))
+
+
+def closest_shift(system: HybridSystem, state: Vector, target: Vector) -> Shift:
+    """Find the group element that brings a state closest to a target (Gauss-Newton on the amounts).
+
+    Raises:
+        WorkError: where the amounts do not converge.
+    """
+    shift = act(system, np.zeros(len(system.symmetries)), state)
+    for _ in range(ITERATIONS if system.symmetries else 0):
+        change = np.linalg.lstsq(generators(system, shift.image), target - shift.image, rcond=None)[0]
+        if np.abs(change).max() <= TOLERANCE * (1.0 + np.abs(shift.amounts).max()):
+            return shift
+        shift = act(system, shift.amounts + change, state)
+    if system.symmetries:
+        raise WorkError(f"no group element of the symmetries was found in {ITERATIONS} iterations")
+    return shift
