@@ -1,1 +1,31 @@
-"""report."""
+"""Tables, figures, pages and result files."""
+
+from amble.report.contact_table import contact_rows, contact_summary
+from amble.report.page import FigureFile, Page, page_text, solver_table, write_page
+from amble.report.paper_table import law_table, paper_table
+from amble.report.results import (
+    contact_results,
+    method_results,
+    reduction_results,
+    solver_results,
+    write_results,
+)
+from amble.report.tables import Table
+
+__all__ = [
+    "FigureFile",
+    "Page",
+    "Table",
+    "contact_results",
+    "contact_rows",
+    "contact_summary",
+    "law_table",
+    "method_results",
+    "page_text",
+    "paper_table",
+    "reduction_results",
+    "solver_results",
+    "solver_table",
+    "write_page",
+    "write_results",
+]

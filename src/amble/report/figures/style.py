@@ -1,0 +1,131 @@
+"""The look of all figures: a paper's column, 9 pt, colours that colour-blind readers can tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from amble.storage import replacing
+from amble.types import IntegerVector, Vector
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMN = 3.5
+"""Width of one column of a two-column paper, inch."""
+
+PAGE = 7.16
+"""Width of both columns, inch."""
+
+BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, GREY, RED = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#E69F00",
+    "#56B4E9",
+    "#CC79A7",
+    "#7F7F7F",
+    "#CC0000",
+)
+"""Colours of Okabe and Ito, a grey, and the red of initial values."""
+
+LAW_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
+LAW_STYLES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
+
+LAW_LABELS: Mapping[str, str] = {
+    "pinv": "pseudo-inverse (proposed)",
+    "drop": "one actuator off (Ma et al. 2019)",
+}
+
+SETTINGS: Mapping[str, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "legend.fontsize": 8.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#E0E0E0",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "savefig.dpi": 200,
+    "pdf.fonttype": 42,
+    "figure.constrained_layout.use": True,
+}
+
+
+@contextmanager
+def paper_style() -> Iterator[None]:
+    """Draw and save in the style of a paper; other figures of the process keep theirs."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(dict(SETTINGS)):
+        yield
+
+
+def panels(rows: int, columns: int, width: float, height: float, **options: Any) -> tuple[Figure, list[Axes]]:
+    """Make a figure of rows times columns axes, listed row by row; sizes in inch.
+
+    Args:
+        rows: number of rows.
+        columns: number of columns.
+        width: of the figure, inch.
+        height: of the figure, inch.
+        options: of ``Figure.subplots``, such as ``sharex``.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height))
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, list(axes.ravel())
+
+
+def save(figure: Figure, stem: str | Path) -> tuple[Path, Path]:
+    """Write a figure as ``stem.png`` at 200 dpi and ``stem.pdf``; each file appears whole or not at all.
+
+    The files hold no date, so that equal figures are equal files.
+
+    Raises:
+        InputError: where the place cannot be written.
+        WorkError: where writing fails for another reason.
+    """
+    # not with_suffix: a stem may contain a dot
+    png, pdf = Path(f"{stem}.png"), Path(f"{stem}.pdf")
+    with paper_style():
+        with replacing(png) as temporary:
+            figure.savefig(temporary, metadata={"Software": None})
+        with replacing(pdf) as temporary:
+            figure.savefig(temporary, metadata={"CreationDate": None})
+    return png, pdf
+
+
+def legend_above(figure: Figure, axes: Axes, columns: int) -> None:
+    """Put one legend for all panels above them, with the entries of one axes."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=columns)
+
+
+def with_gaps(segments: IntegerVector, *values: Vector) -> tuple[Vector, ...]:
+    """Insert a gap (not a number) where a new segment begins, so that no line is drawn across a jump.
+
+    Args:
+        segments: segment number of every sample, (n,).
+        values: any number of quantities, (n,) each.
+
+    Returns:
+        The quantities with gaps, (n + number of jumps,) each.
+    """
+    jumps = np.flatnonzero(np.diff(segments)) + 1
+    return tuple(np.insert(np.asarray(each, dtype=np.float64), jumps, np.nan) for each in values)

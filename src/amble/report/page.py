@@ -1,0 +1,84 @@
+"""report.md: one page with everything a run found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from amble.gait import SolverReport
+from amble.report.tables import Table, number
+from amble.storage import atomic_write
+
+
+@dataclass(frozen=True)
+class FigureFile:
+    """A figure of the page: path relative to the page, without suffix, and its caption."""
+
+    stem: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Page:
+    """What the page says.
+
+    Attributes:
+        title: headline.
+        summary: paragraphs at the top.
+        tables: in the order of the page.
+        figures: in the order of the page; the PNG is shown, the PDF linked.
+        settings: name -> value, of the run.
+        versions: package -> version.
+    """
+
+    title: str
+    summary: tuple[str, ...]
+    tables: tuple[Table, ...]
+    figures: tuple[FigureFile, ...]
+    settings: Mapping[str, str]
+    versions: Mapping[str, str]
+
+
+def solver_table(report: SolverReport) -> Table:
+    """How the gait was found, as a table."""
+    rows = (
+        ("solver", report.solver),
+        ("status", report.status),
+        ("iterations", str(report.iterations)),
+        ("wall time (s)", number(report.seconds, 3)),
+        ("variables", str(report.variables)),
+        ("constraints", str(report.constraints)),
+        ("largest violation", number(report.violation, 3)),
+        ("objective (N m)²", number(report.objective)),
+    )
+    return Table("Gait optimisation", ("what", "value"), rows)
+
+
+def page_text(page: Page) -> str:
+    """Return the page as Markdown."""
+    parts = [f"# {page.title}", *page.summary]
+    parts += [table.markdown().rstrip() for table in page.tables]
+    if page.figures:
+        parts.append("## Figures")
+    for figure in page.figures:
+        parts.append(f"![{figure.caption}]({figure.stem}.png)")
+        parts.append(f"*{figure.caption}* ([PDF]({figure.stem}.pdf))")
+    parts.append("## Settings")
+    parts.append(_pairs("Settings", ("setting", "value"), page.settings))
+    parts.append("## Versions")
+    parts.append(_pairs("Versions", ("package", "version"), page.versions))
+    return "\n\n".join(parts) + "\n"
+
+
+def write_page(path: str | Path, page: Page) -> Path:
+    """Write the page, whole or not at all.
+
+    Raises:
+        InputError: where the place cannot be written.
+    """
+    return atomic_write(path, page_text(page))
+
+
+def _pairs(title: str, header: Sequence[str], values: Mapping[str, str]) -> str:
+    return Table(title, tuple(header), tuple(values.items())).markdown().rstrip()

@@ -1,0 +1,102 @@
+"""results.json: the numbers behind the tables, as nested dictionaries built from records."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from amble.errors import WorkError
+from amble.gait import SolverReport
+from amble.metrics import Comparison, ContactReport
+from amble.storage import atomic_write
+from amble.types import Json
+
+METHOD_KEYS = ("cot", "peak_torque", "rms_torque", "cot_error", "peak_joint", "mechanical_power", "heat_power")
+
+
+def method_results(comparison: Comparison, actuator: str) -> Json:
+    """Return law -> motion -> metrics for one actuator model; torques in N m, powers in W."""
+    found: Json = {}
+    for entry in comparison.metrics:
+        if entry.actuator == actuator:
+            chosen = {key: getattr(entry, key) for key in METHOD_KEYS}
+            found.setdefault(entry.law, {})[entry.motion] = chosen
+    return found
+
+
+def reduction_results(comparison: Comparison, motion: str, actuator: str) -> Json:
+    """Return what the pseudo-inverse saves against the dropped actuator, in percent, with what it refers to."""
+    return asdict(comparison.reduction("drop", "pinv", motion, actuator))
+
+
+def contact_results(report: ContactReport) -> Json:
+    """Return the summary of the monitors and the rows outside their bounds; N, m, m/s."""
+    return {
+        "min_normal_force": report.min_normal_force,
+        "max_friction": report.max_friction,
+        "max_penetration": report.max_penetration,
+        "max_drift": report.max_drift,
+        "max_slip": report.max_slip,
+        "min_pivot": report.min_pivot,
+        "pulling_samples": report.pulls,
+        "samples": report.samples,
+        "sound_from_cycle": report.sound_from,
+        "last_cycle": {
+            "min_normal_force": float(report.normal_forces[-1]),
+            "max_friction": float(report.frictions[-1]),
+            "max_penetration": float(report.penetrations[-1]),
+            "max_drift": float(report.drifts[-1]),
+        },
+        "violations": {
+            worst.row.name: {
+                "value": worst.row.value,
+                "by": worst.row.violation,
+                "time": worst.time,
+                "cycle": worst.cycle,
+            }
+            for worst in report.violations
+        },
+    }
+
+
+def solver_results(report: SolverReport) -> Json:
+    """Return how the gait was found; seconds are wall time."""
+    return asdict(report)
+
+
+def write_results(path: str | Path, results: Mapping[str, Any]) -> Path:
+    """Write results as JSON, whole or not at all.
+
+    Args:
+        path: the file.
+        results: nested dictionaries and lists of text, numbers, booleans and None, with text as keys.
+
+    Raises:
+        WorkError: where a number is not finite or a value is of another kind; the message names the place.
+        InputError: where the place cannot be written.
+    """
+    faults = list(_faults(results, ""))
+    if faults:
+        raise WorkError(f"the results are not written, because {'; '.join(faults)}")
+    return atomic_write(path, json.dumps(results, indent=2, allow_nan=False) + "\n")
+
+
+def _faults(value: Any, place: str) -> Iterator[str]:
+    """Name every place that plain JSON cannot hold."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            if not isinstance(key, str):
+                yield f"a key below '{place}' is {key!r}, not text"
+            else:
+                yield from _faults(inner, f"{place}.{key}" if place else key)
+    elif isinstance(value, (list, tuple)):
+        for index, inner in enumerate(value):
+            yield from _faults(inner, f"{place}[{index}]")
+    elif isinstance(value, float) and not isfinite(value):
+        yield f"'{place}' is {value}"
+    elif value is not None and not isinstance(value, (str, bool, int, float)):
+        yield f"'{place}' is of type {type(value).__name__}"

@@ -1,0 +1,211 @@
+"""Everything a run leaves in its folder: figures, report.md and results.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from amble.gait import Gait
+from amble.metrics import Comparison, ContactReport, Motion, Samples, samples_of_gait
+from amble.report.contact_table import contact_rows, contact_summary
+from amble.report.figures import (
+    base_portraits,
+    cycle_portraits,
+    footfall,
+    joint_portraits,
+    left_joints,
+    multiplier_circle,
+    save,
+    section_distance,
+    torque_magnitudes,
+)
+from amble.report.figures.multipliers import Multipliers
+from amble.report.page import FigureFile, Page, solver_table, write_page
+from amble.report.paper_table import paper_table
+from amble.report.results import (
+    contact_results,
+    method_results,
+    reduction_results,
+    solver_results,
+    write_results,
+)
+from amble.report.tables import Table
+from amble.types import Json, Vector
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PORTRAIT_CYCLES = 2
+"""Simulated cycles in the portraits that compare with the optimised motion."""
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What the stability analysis gives the report.
+
+    Attributes:
+        before: multipliers of the full cycle under the outputs of the gait problem.
+        after: multipliers of the full cycle under the stabilised outputs.
+        radius: spectral radius of the full cycle under the stabilised outputs.
+        distances: distance of the simulated motion from the fixed point at the entry of every cycle, (cycles + 1,).
+        results: what goes into results.json, such as spectral_radius and stabilization.
+    """
+
+    before: Multipliers
+    after: Multipliers
+    radius: float
+    distances: Vector
+    results: Json
+
+
+@dataclass(frozen=True)
+class Run:
+    """A whole run: the gait, its simulation and what was measured on them.
+
+    Attributes:
+        gait: the gait.
+        simulated: samples of all simulated cycles.
+        cycles: number of completed cycles.
+        two_cycles: two consecutive cycles with the torques of the laws, for the torque figure.
+        comparison: metrics of the laws "drop" and "pinv" on the motions "nominal" and "simulated", for the models
+            "paper" and "datasheet".
+        contact: what the monitors saw.
+        speed_achieved: mean forward speed of the simulated motion, m/s.
+        settings: name -> value, text, of the run.
+        seconds: step of the run -> wall time, s.
+        stability: where the run has it.
+        tables: further tables for the page.
+        extra: further entries for results.json.
+    """
+
+    gait: Gait
+    simulated: Samples
+    cycles: int
+    two_cycles: Motion
+    comparison: Comparison
+    contact: ContactReport
+    speed_achieved: float
+    settings: Mapping[str, str]
+    seconds: Mapping[str, float]
+    stability: Stability | None = None
+    tables: tuple[Table, ...] = ()
+    extra: Json = field(default_factory=dict)
+
+
+def main_table(run: Run) -> Table:
+    """Return the paper's Table 1 beside ours."""
+    return paper_table(run.comparison, ("nominal", "simulated"), ("paper", "datasheet"))
+
+
+def run_results(run: Run) -> Json:
+    """Return the content of results.json."""
+    stability = run.stability.results if run.stability is not None else {}
+    return {
+        "robot": run.gait.robot.name,
+        "gait": run.gait.pattern.name,
+        "law": run.gait.law.name,
+        "speed_desired": run.gait.speed,
+        "speed_achieved": run.speed_achieved,
+        "period": run.gait.period,
+        "cycles": run.cycles,
+        "methods": method_results(run.comparison, "paper"),
+        "methods_datasheet": method_results(run.comparison, "datasheet"),
+        "reduction": reduction_results(run.comparison, "simulated", "paper"),
+        "reduction_datasheet": reduction_results(run.comparison, "simulated", "datasheet"),
+        "contact": contact_results(run.contact),
+        "solver": solver_results(run.gait.solver),
+        **stability,
+        **run.extra,
+        "settings": dict(run.settings),
+        "seconds": dict(run.seconds),
+        "versions": dict(run.gait.versions),
+    }
+
+
+def run_figures(run: Run) -> dict[str, tuple[Figure, str]]:
+    """Draw all figures: file stem -> figure and caption."""
+    optimised = samples_of_gait(run.gait)
+    first = int(run.simulated.cycles[0])
+    few = run.simulated.only(first, first + PORTRAIT_CYCLES)
+    durations = [domain.duration for domain in run.gait.domains]
+    robot = run.gait.robot.name
+    drawn = {
+        "base_portraits": (
+            base_portraits(optimised, few),
+            f"Phase portraits of the base of {robot}, optimised and simulated ({PORTRAIT_CYCLES} cycles).",
+        ),
+        "joint_portraits": (
+            joint_portraits(optimised, few),
+            f"Phase portraits of the joints of {robot}, optimised and simulated ({PORTRAIT_CYCLES} cycles).",
+        ),
+        "footfall": (footfall(run.gait.pattern, durations), f"One cycle of the gait '{run.gait.pattern.name}'."),
+        "torques": (
+            torque_magnitudes(run.two_cycles, left_joints(run.gait.robot)),
+            "Absolute value of the torques of the left legs over two cycles, both laws on the same motion.",
+        ),
+        "cycle_portraits": (
+            cycle_portraits(run.simulated),
+            f"Phase portraits of the base over {run.cycles} simulated cycles, thinned.",
+        ),
+    }
+    if run.stability is not None:
+        found = run.stability
+        drawn["multipliers"] = (
+            multiplier_circle(found.before, found.after),
+            "Multipliers of the full cycle before and after stabilisation, with the unit circle.",
+        )
+        drawn["section_distance"] = (
+            section_distance(found.distances, found.radius),
+            "Distance from the fixed point at the entry of every cycle, and the slope the spectral radius predicts.",
+        )
+    return drawn
+
+
+def write_run(folder: str | Path, run: Run) -> tuple[Path, ...]:
+    """Write results.json, the figures and report.md into a folder; every file whole or not at all.
+
+    Returns:
+        The paths that were written, the numbers first.
+
+    Raises:
+        InputError: where the place cannot be written.
+        WorkError: where a result is not finite.
+    """
+    place = Path(folder)
+    written = [write_results(place / "results.json", run_results(run))]
+    figures = []
+    for stem, (figure, caption) in run_figures(run).items():
+        written += save(figure, place / "figures" / stem)
+        figures.append(FigureFile(f"figures/{stem}", caption))
+    page = Page(
+        title=f"{run.gait.robot.name}: {run.gait.pattern.name} at {run.gait.speed:g} m/s",
+        summary=(_summary(run),),
+        tables=(
+            main_table(run),
+            contact_summary(run.contact),
+            contact_rows(run.contact),
+            solver_table(run.gait.solver),
+            *run.tables,
+        ),
+        figures=tuple(figures),
+        settings={**run.settings, **{f"seconds, {step}": f"{value:.2f}" for step, value in run.seconds.items()}},
+        versions=run.gait.versions,
+    )
+    written.append(write_page(place / "report.md", page))
+    return tuple(written)
+
+
+def _summary(run: Run) -> str:
+    reduction = run.comparison.reduction("drop", "pinv", "simulated", "paper")
+    sentences = [
+        f"{run.cycles} cycles were simulated at {run.speed_achieved:.4f} m/s "
+        f"({run.gait.speed:g} m/s asked for), {run.gait.period:.4f} s a cycle on the optimised motion.",
+        f"On the simulated motion the pseudo-inverse takes {reduction.cot:.1f} % less cost of transport, "
+        f"{reduction.rms_torque:.1f} % less RMS torque and {reduction.peak_torque:.1f} % less peak torque than the "
+        "dropped actuator (actuator model 'paper').",
+    ]
+    if run.stability is not None:
+        sentences.append(f"Spectral radius of the full cycle: {run.stability.radius:.4f}.")
+    return " ".join(sentences)

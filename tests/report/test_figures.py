@@ -1,0 +1,207 @@
+"""Figures by content: what is drawn, where, with which labels."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.lines import Line2D
+
+from amble.errors import InputError, UnknownNameError
+from amble.metrics import Motion, Samples, samples_of_gait, samples_of_trace
+from amble.report.figures import (
+    base_portraits,
+    cycle_portraits,
+    footfall,
+    joint_portraits,
+    left_joints,
+    multiplier_circle,
+    save,
+    section_distance,
+    torque_lines,
+    torque_magnitudes,
+)
+from amble.report.figures.cycle_portraits import chosen_cycles
+from amble.report.figures.style import with_gaps
+from tests.synthetic import DURATIONS, PERIOD, amble_pattern, synthetic_gait, synthetic_trace
+
+
+@pytest.fixture(scope="module")
+def optimised() -> Samples:
+    return samples_of_gait(synthetic_gait())
+
+
+@pytest.fixture(scope="module")
+def simulated() -> Samples:
+    return samples_of_trace(synthetic_trace(6), amble_pattern())
+
+
+@pytest.fixture(scope="module")
+def two_cycles() -> Motion:
+    samples = samples_of_gait(synthetic_gait(), cycles=2)
+    return samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})
+
+
+def finite(line: Line2D) -> np.ndarray:
+    points = np.column_stack(line.get_data())
+    return points[np.all(np.isfinite(points), axis=1)]
+
+
+def test_base_portraits_draw_both_motions_and_the_initial_value(optimised: Samples, simulated: Samples) -> None:
+    figure = base_portraits(optimised, simulated)
+    assert len(figure.axes) == 4
+    for axes, name in zip(figure.axes, ("z", "roll", "pitch", "yaw"), strict=True):
+        solid, dashed, dot = axes.lines
+        for line, samples in ((solid, optimised), (dashed, simulated)):
+            assert np.allclose(finite(line), np.column_stack(samples.coordinate(name)))
+        assert finite(dot).tolist() == [[each[0] for each in simulated.coordinate(name)]]
+        assert dot.get_color() == "#CC0000"
+        assert (dashed.get_linestyle(), dot.get_marker()) == ("--", "o")
+    assert figure.axes[0].get_xlabel() == "$z$ (m)"
+    assert figure.axes[0].get_ylabel() == r"$\dot{z}$ (m/s)"
+    assert figure.axes[3].get_ylabel() == r"$\dot{\psi}$ (rad/s)"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["optimised", "simulated", "initial value"]
+
+
+def test_no_line_runs_across_an_impact(optimised: Samples) -> None:
+    figure = base_portraits(optimised, optimised)
+    drawn = figure.axes[0].lines[0].get_xdata()
+    assert np.sum(np.isnan(drawn)) == 3  # four domains
+
+
+def test_gaps() -> None:
+    first, second = with_gaps(np.array([0, 0, 1, 2, 2]), np.arange(5.0), np.arange(5))
+    assert np.array_equal(first, [0, 1, np.nan, 2, np.nan, 3, 4], equal_nan=True)
+    assert np.array_equal(first, second, equal_nan=True)
+
+
+def test_joint_portraits_show_every_joint_once(optimised: Samples, simulated: Samples) -> None:
+    figure = joint_portraits(optimised, simulated)
+    labels = [axes.get_xlabel() for axes in figure.axes]
+    assert sorted(labels) == sorted(f"{name.replace('_', ' ')} (rad)" for name in optimised.robot.joint_names)
+    axes = figure.axes[labels.index("rl hip pitch (rad)")]
+    assert np.allclose(finite(axes.lines[0]), np.column_stack(optimised.coordinate("rl_hip_pitch")))
+
+
+def test_footfall_bars_are_the_stance_phases() -> None:
+    pattern = amble_pattern()
+    axes = footfall(pattern, DURATIONS).axes[0]
+    bars = sorted((round(bar.get_y() + 0.31), bar.get_x(), bar.get_width()) for bar in axes.patches)
+    edges = np.concatenate([[0.0], np.cumsum(DURATIONS * 2)])
+    expected = sorted(
+        (row, edges[number], (DURATIONS * 2)[number])
+        for row, foot in enumerate(pattern.robot.foot_names)
+        for number, stance in enumerate(pattern.stances)
+        if foot in stance.feet
+    )
+    assert np.allclose(bars, expected)
+    assert [label.get_text() for label in axes.get_yticklabels()] == list(pattern.robot.foot_names)
+    assert axes.get_xlim() == pytest.approx((0.0, PERIOD))
+    with pytest.raises(InputError, match="3 durations"):
+        footfall(pattern, [0.1, 0.1, 0.1])
+
+
+def test_torque_magnitudes_of_both_laws(two_cycles: Motion) -> None:
+    joints = left_joints(amble_pattern().robot)
+    assert joints == ("fl_hip_yaw", "fl_hip_pitch", "fl_knee", "rl_hip_yaw", "rl_hip_pitch", "rl_knee")
+    figure = torque_magnitudes(two_cycles, joints)
+    assert [axes.get_title() for axes in figure.axes] == [name.replace("_", " ") for name in joints]
+    for axes, joint in zip(figure.axes, joints, strict=True):
+        drop, pinv = axes.lines
+        expected = np.abs(two_cycles.torques["pinv"][:, two_cycles.joints.index(joint)])
+        assert np.allclose(finite(pinv)[:, 1], expected)
+        assert np.allclose(finite(drop)[:, 1], 1.25 * expected)
+        assert axes.get_xlim() == pytest.approx((0.0, 2.0 * PERIOD))
+        assert axes.get_ylim()[0] == 0.0
+    assert figure.axes[0].get_ylabel() == r"$|\tau|$ (N m)"
+    assert figure.axes[5].get_xlabel() == "time (s)"
+    assert "Ma et al. 2019" in figure.legends[0].get_texts()[0].get_text()
+    with pytest.raises(UnknownNameError, match="unknown joint 'elbow'"):
+        torque_magnitudes(two_cycles, ["elbow"])
+
+
+def test_torque_lines_keep_the_sign_and_name_every_law(two_cycles: Motion) -> None:
+    laws = {name: two_cycles.torques["pinv"] * (k + 1) for k, name in enumerate("abcdefg")}
+    motion = Motion(
+        "nominal",
+        two_cycles.joints,
+        two_cycles.times,
+        two_cycles.segments,
+        two_cycles.speeds,
+        laws,
+        two_cycles.distance,
+        two_cycles.mass,
+        two_cycles.gravity,
+    )
+    figure = torque_lines(motion, ["fl_knee", "rl_knee"])
+    lines = figure.axes[0].lines
+    assert len({(line.get_color(), str(line._dash_pattern)) for line in lines}) == 7
+    assert finite(lines[0])[:, 1].min() < 0.0
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == list("abcdefg")
+
+
+def test_multipliers_and_their_radii() -> None:
+    before = np.array([17.0, -0.3 + 0.4j, -0.3 - 0.4j])
+    after = np.array([0.44, 0.1j, -0.1j])
+    whole, near = multiplier_circle(before, after).axes
+    for axes in (whole, near):
+        circle, crosses, dots = axes.lines
+        assert np.allclose(np.hypot(*circle.get_data()), 1.0)
+        assert np.allclose(crosses.get_xdata() + 1j * crosses.get_ydata(), before)
+        assert np.allclose(dots.get_xdata() + 1j * dots.get_ydata(), after)
+        assert axes.get_aspect() == 1.0
+    assert whole.get_xlim()[1] > 17.0
+    assert near.get_title() == "near the unit circle (1 of the initial ones lie outside)"
+    assert "17" in crosses.get_label()
+    assert "0.44" in dots.get_label()
+
+
+def test_section_distance_on_a_log_axis() -> None:
+    distances = np.maximum(1e-3 * 0.4 ** np.arange(101), 1e-11)
+    distances[50] = 0.0
+    axes = section_distance(distances, 0.4).axes[0]
+    dots, line = axes.lines
+    assert axes.get_yscale() == "log"
+    assert finite(dots)[:, 0].tolist() == [k for k in range(101) if k != 50]
+    assert np.allclose(line.get_ydata(), 1e-3 * 0.4 ** line.get_xdata())
+    assert 1e-12 < line.get_ydata()[-1] < 1e-10
+    with pytest.raises(InputError, match="nothing to draw"):
+        section_distance(np.zeros(4), 0.4)
+
+
+def test_cycle_portraits_show_first_and_last(simulated: Samples) -> None:
+    figure = cycle_portraits(simulated, shown=3)
+    lines = figure.axes[1].lines
+    assert len(lines) == 3 + 1  # three cycles and the initial value
+    for line, cycle in ((lines[0], 0), (lines[2], 5)):
+        assert np.allclose(finite(line), np.column_stack(simulated.only(cycle, cycle + 1).coordinate("roll")))
+
+
+def test_chosen_cycles() -> None:
+    found = chosen_cycles(0, 499, 24)
+    assert (found[0], found[-1]) == (0, 499)
+    assert 18 <= len(found) <= 24
+    assert np.all(np.diff(found) > 0)
+    assert chosen_cycles(3, 3, 24).tolist() == [3]
+
+
+def test_saved_files_are_png_and_pdf_and_reproducible(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        figure = footfall(amble_pattern(), DURATIONS)
+        png, pdf = save(figure, tmp_path / folder / "foot.fall")
+        assert png.read_bytes().startswith(b"\x89PNG")
+        assert pdf.read_bytes().startswith(b"%PDF")
+        assert (png.name, pdf.name) == ("foot.fall.png", "foot.fall.pdf")
+    for name in ("foot.fall.png", "foot.fall.pdf"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    from matplotlib.image import imread
+
+    # 3.5 inch at 200 dpi
+    assert imread(tmp_path / "a" / "foot.fall.png").shape[1] == 700
+
+
+def test_drawing_leaves_the_settings_of_others_alone(optimised: Samples) -> None:
+    import matplotlib as mpl
+
+    before = mpl.rcParams["font.size"]
+    base_portraits(optimised, optimised)
+    assert mpl.rcParams["font.size"] == before
