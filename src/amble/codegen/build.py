@@ -20,11 +20,12 @@ import casadi as ca
 
 from amble.codegen.cache import content_key, fallback_folder, intact, locked, seal, writable_folder
 from amble.codegen.compiler import FLAGS, Compiler, compiler
+from amble.codegen.parts import cut_into_parts
 from amble.errors import InputError, UnknownNameError
 
 logger = logging.getLogger("amble")
 
-LAYOUT = "1"
+LAYOUT = "2"
 """Changes whenever the generated C would change for the same functions."""
 
 PARALLEL = 2
@@ -54,7 +55,7 @@ class Unit:
             generator.add(function)
             for prefix in self.derivatives:
                 generator.add(derivative(function, prefix))
-        return str(generator.dump())
+        return cut_into_parts(str(generator.dump()))
 
 
 def compiled(function: ca.Function, derivatives: Sequence[str] = ()) -> ca.Function:
