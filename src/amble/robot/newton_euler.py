@@ -1,0 +1,136 @@
+"""Motion of every link outwards, wrenches inwards: the recursion of Newton and Euler over links in their own frames.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5, with the base as a serial chain x, y, z, roll,
+pitch, yaw.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from amble.robot.bodies import Body, regrouped
+from amble.robot.kinematics import X, Y, Z, angle_axes, base_rotation
+from amble.robot.model import Robot
+from amble.robot.rotation import constant, cross, rotation_about
+
+Wrench = tuple[ca.SX, ca.SX]
+"""Force (or linear momentum) and moment about the link's origin (or angular momentum), link axes."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Angular velocity and acceleration of a link, linear velocity and acceleration of its origin, link axes."""
+
+    spin: ca.SX
+    turn: ca.SX
+    velocity: ca.SX
+    acceleration: ca.SX
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Orientation and origin of every joint's frame in its parent link."""
+
+    rotations: list[ca.SX]
+    translations: list[ca.DM]
+
+
+def joint_frames(robot: Robot, q: ca.SX) -> Frames:
+    """Return the joint frames at coordinates q."""
+    return Frames(
+        [constant(j.rotation) @ rotation_about(j.axis, q[6 + i]) for i, j in enumerate(robot.joints)],
+        [constant(j.translation) for j in robot.joints],
+    )
+
+
+def newton_euler(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
+    """Return D a + h, (n_q,)."""
+    frames = joint_frames(robot, q)
+    motions = _motions(robot, frames, _base_motion(q, v, a, robot.gravity), v, a)
+    wrenches = [_inertial_wrench(body, motion) for body, motion in zip(regrouped(robot), motions, strict=True)]
+    total = _gather(robot, frames, wrenches)
+    torques = [constant(joint.axis).T @ total[joint.child][1] for joint in robot.joints]
+    force, moment = total[0]
+    return ca.densify(ca.vertcat(base_rotation(q) @ force, angle_axes(q).T @ moment, *torques))
+
+
+def energy_and_momentum(robot: Robot, q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Return kinetic energy, linear momentum and angular momentum about the world origin, world axes."""
+    frames, still = joint_frames(robot, q), ca.SX(robot.size, 1)
+    motions = _motions(robot, frames, _base_motion(q, v, still, 0.0), v, still)
+    parts = [_momentum(body, motion) for body, motion in zip(regrouped(robot), motions, strict=True)]
+    energy = sum(
+        0.5 * (ca.dot(linear, motion.velocity) + ca.dot(angular, motion.spin))
+        for (linear, angular), motion in zip(parts, motions, strict=True)
+    )
+    linear, angular = (base_rotation(q) @ part for part in _gather(robot, frames, parts)[0])
+    return energy, ca.densify(linear), ca.densify(angular + cross(q[:3], linear))
+
+
+def _base_motion(q: ca.SX, v: ca.SX, a: ca.SX, gravity: float) -> Motion:
+    """Motion of the base in its own axes; gravity enters as an upward acceleration of the world."""
+    rotation = base_rotation(q)
+    spin, turn = ca.SX(3, 1), ca.SX(3, 1)
+    for index, axis in ((3, X), (4, Y), (5, Z)):
+        step = rotation_about(axis, q[index]).T
+        spin, turn = step @ spin, step @ turn
+        turn = turn + cross(spin, constant(axis)) * v[index] + constant(axis) * a[index]
+        spin = spin + constant(axis) * v[index]
+    lift = ca.vertcat(a[0], a[1], a[2] + gravity)
+    return Motion(spin, turn, rotation.T @ v[:3], rotation.T @ lift)
+
+
+def _motions(robot: Robot, frames: Frames, base: Motion, v: ca.SX, a: ca.SX) -> list[Motion]:
+    """Propagate motion from the base outwards."""
+    motions = [base] * len(robot.links)
+    for j in robot.ordered_joints:
+        joint, on = robot.joints[j], motions[robot.joints[j].parent]
+        axis, step, arm = constant(joint.axis), frames.rotations[j].T, frames.translations[j]
+        carried = step @ on.spin
+        motions[joint.child] = Motion(
+            carried + axis * v[6 + j],
+            step @ on.turn + axis * a[6 + j] + cross(carried, axis) * v[6 + j],
+            step @ (on.velocity + cross(on.spin, arm)),
+            step @ (on.acceleration + _swirl(on) @ arm),
+        )
+    return motions
+
+
+def _swirl(motion: Motion) -> ca.SX:
+    """Return [turn] + [spin][spin], which maps an arm to the acceleration of its tip relative to its root."""
+    x, y, z = ca.vertsplit(motion.spin)
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    a, b, c = ca.vertsplit(motion.turn)
+    return ca.vertcat(
+        ca.horzcat(-(yy + zz), xy - c, xz + b),
+        ca.horzcat(xy + c, -(xx + zz), yz - a),
+        ca.horzcat(xz - b, yz + a, -(xx + yy)),
+    )
+
+
+def _inertial_wrench(body: Body, motion: Motion) -> Wrench:
+    """Rate of momentum of a body (Newton, Euler), by which gravity is already an acceleration."""
+    moment, inertia = constant(body.moment), constant(body.inertia)
+    force = body.mass * motion.acceleration + _swirl(motion) @ moment
+    torque = inertia @ motion.turn + cross(motion.spin, inertia @ motion.spin) + cross(moment, motion.acceleration)
+    return force, torque
+
+
+def _momentum(body: Body, motion: Motion) -> Wrench:
+    moment = constant(body.moment)
+    linear = body.mass * motion.velocity + cross(motion.spin, moment)
+    return linear, constant(body.inertia) @ motion.spin + cross(moment, motion.velocity)
+
+
+def _gather(robot: Robot, frames: Frames, wrenches: list[Wrench]) -> list[Wrench]:
+    """Sum every link's wrench with those of the links beyond it, inwards to the base."""
+    total = list(wrenches)
+    for j in reversed(robot.ordered_joints):
+        joint, turn, arm = robot.joints[j], frames.rotations[j], frames.translations[j]
+        force, moment = total[joint.child]
+        force_on, moment_on = total[joint.parent]
+        carried = turn @ force
+        total[joint.parent] = (force_on + carried, moment_on + turn @ moment + cross(arm, carried))
+    return total
