@@ -158,7 +158,8 @@ def test_multipliers_and_their_radii() -> None:
 def test_section_distance_on_a_log_axis() -> None:
     distances = np.maximum(1e-3 * 0.4 ** np.arange(101), 1e-11)
     distances[50] = 0.0
-    axes = section_distance(distances, 0.4).axes[0]
+    axes, approach = section_distance(distances, 0.4).axes
+    assert 20.0 < approach.get_xlim()[1] < 35.0  # 0.4^k reaches 1e-8 at k = 20
     dots, line = axes.lines
     assert axes.get_yscale() == "log"
     assert finite(dots)[:, 0].tolist() == [k for k in range(101) if k != 50]

@@ -5,9 +5,11 @@ from amble.metrics.comparison import Comparison, Reduction, compare
 from amble.metrics.contact import ContactReport, Worst, contact_report
 from amble.metrics.energy import TorqueMetrics, torque_metrics
 from amble.metrics.motion import Motion
+from amble.metrics.reallocation import Allocated, reallocate
 from amble.metrics.samples import Samples, samples_of_gait, samples_of_trace
 
 __all__ = [
+    "Allocated",
     "Comparison",
     "ContactBounds",
     "ContactReport",
@@ -18,6 +20,7 @@ __all__ = [
     "Worst",
     "compare",
     "contact_report",
+    "reallocate",
     "samples_of_gait",
     "samples_of_trace",
     "torque_metrics",

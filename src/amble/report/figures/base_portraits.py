@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from amble.metrics import Samples
 from amble.report.figures.portrait import draw_portrait
-from amble.report.figures.style import COLUMN, legend_above, panels, paper_style
+from amble.report.figures.style import COLUMN, legend_above, panels, paper_style, plain_number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +26,7 @@ def base_portraits(optimised: Samples, simulated: Samples) -> Figure:
         figure, axes = panels(2, 2, COLUMN, 3.2)
         for each, name in zip(axes, COORDINATES, strict=True):
             draw_portrait(each, name, optimised, simulated)
-            each.locator_params(axis="x", nbins=4)
+            each.locator_params(axis="x", nbins=3)
+            each.xaxis.set_major_formatter(plain_number)
         legend_above(figure, axes[0], 3)
     return figure

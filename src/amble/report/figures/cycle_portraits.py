@@ -9,7 +9,7 @@ import numpy as np
 from amble.metrics import Samples
 from amble.report.figures.base_portraits import COORDINATES
 from amble.report.figures.portrait import axis_labels
-from amble.report.figures.style import COLUMN, RED, panels, paper_style, with_gaps
+from amble.report.figures.style import COLUMN, RED, panels, paper_style, plain_number, with_gaps
 from amble.types import IntegerVector
 
 if TYPE_CHECKING:
@@ -43,7 +43,8 @@ def cycle_portraits(simulated: Samples, shown: int = 24) -> Figure:
             horizontal, vertical = axis_labels(name)
             here.set_xlabel(horizontal)
             here.set_ylabel(vertical)
-            here.locator_params(axis="x", nbins=4)
+            here.locator_params(axis="x", nbins=3)
+            here.xaxis.set_major_formatter(plain_number)
         bar = figure.colorbar(ScalarMappable(scale, colours), ax=axes, label="cycle", location="top", aspect=40)
         bar.ax.xaxis.set_major_formatter("{x:.0f}")
     return figure

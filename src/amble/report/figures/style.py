@@ -129,3 +129,8 @@ def with_gaps(segments: IntegerVector, *values: Vector) -> tuple[Vector, ...]:
     """
     jumps = np.flatnonzero(np.diff(segments)) + 1
     return tuple(np.insert(np.asarray(each, dtype=np.float64), jumps, np.nan) for each in values)
+
+
+def plain_number(value: float, _position: int | None = None) -> str:
+    """Write a tick label without trailing zeros, so that narrow panels hold three of them."""
+    return f"{value:.10g}".replace("-", "\N{MINUS SIGN}")
