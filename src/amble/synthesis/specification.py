@@ -1,0 +1,193 @@
+"""The specification of a gait problem as a TOML file, validated on reading.
+
+Every key, joint, foot, domain and unit that does not exist is an error that names those that do. A quantity is a plain
+SI number or text with a unit (see ``quantities``). What the file does not say comes from the catalogue for a robot of
+the catalogue (its builders' bounds and posture); for another robot joint limits come from its URDF, and the rest must
+be in the file.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from amble.errors import InputError, UnknownNameError
+from amble.synthesis.quantities import parse_quantity
+
+
+def _parser(dimension: str) -> Callable[[Any], float]:
+    return lambda value: parse_quantity(value, dimension)
+
+
+def _ordered(pair: list[float]) -> list[float]:
+    if pair[0] > pair[1]:
+        raise ValueError(f"the lower end {pair[0]:g} lies above the upper end {pair[1]:g}")
+    return pair
+
+
+Length = Annotated[float, BeforeValidator(_parser("length"))]
+Angle = Annotated[float, BeforeValidator(_parser("angle"))]
+Time = Annotated[float, BeforeValidator(_parser("time"))]
+Speed = Annotated[float, BeforeValidator(_parser("speed"))]
+AngularSpeed = Annotated[float, BeforeValidator(_parser("angular speed"))]
+Acceleration = Annotated[float, BeforeValidator(_parser("acceleration"))]
+Force = Annotated[float, BeforeValidator(_parser("force"))]
+Torque = Annotated[float, BeforeValidator(_parser("torque"))]
+PositionGain = Annotated[float, BeforeValidator(_parser("position gain"))]
+VelocityGain = Annotated[float, BeforeValidator(_parser("velocity gain"))]
+Ratio = Annotated[float, BeforeValidator(_parser("ratio"))]
+
+TimeRange = Annotated[list[Time], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+SpeedRange = Annotated[list[Speed], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+LengthRange = Annotated[list[Length], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
+
+
+class Section(BaseModel):
+    """A table of the file: nothing unknown, nothing converted."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class RobotSection(Section):
+    """A robot of the catalogue by ``name``, or a URDF ``file`` (relative to the specification) with its ``feet``."""
+
+    name: str | None = None
+    file: str | None = None
+    feet: dict[str, str] | None = None
+    gravity: Acceleration = 9.81
+    twins: list[Pair] | None = None
+
+
+class GaitSection(Section):
+    """A known gait by ``name``, or a table of stance feet; the mean forward velocity."""
+
+    speed: Speed
+    name: str | None = None
+    stances: list[list[str]] | None = None
+    mirrored: bool = False
+
+
+class OutputsSection(Section):
+    """Order of the Bezier curves, the joints that are not controlled (domain -> joints), and the output gains."""
+
+    order: int = 4
+    free: dict[str, list[str]] = {}
+    position_gain: PositionGain = 100.0
+    velocity_gain: VelocityGain = 20.0
+
+
+class LawSection(Section):
+    """Allocation law by name, with its parameters."""
+
+    name: str = "pinv"
+    parameters: dict[str, Any] = {}
+
+
+class TouchdownSection(Section):
+    """Velocity of a landing foot just before the impact, world frame."""
+
+    x: SpeedRange
+    y: SpeedRange
+    z: SpeedRange
+
+
+class BaseSection(Section):
+    """Ranges of the base coordinates."""
+
+    z: LengthRange | None = None
+    roll: AngleRange | None = None
+    pitch: AngleRange | None = None
+    yaw: AngleRange | None = None
+
+
+class LimitsSection(Section):
+    """Bounds; ``duration``, ``torque`` and ``speed`` hold for all domains or joints that are not named on their own."""
+
+    clearance: Length
+    normal_force: Force
+    friction: Ratio = 0.6
+    duration: TimeRange | None = None
+    durations: dict[str, TimeRange] = {}
+    torque: Torque | None = None
+    torques: dict[str, Torque] = {}
+    speed: AngularSpeed | None = None
+    speeds: dict[str, AngularSpeed] = {}
+    acceleration: Acceleration | None = None
+    base: BaseSection = BaseSection()
+    joints: dict[str, AngleRange] = {}
+    touchdown_velocity: TouchdownSection | None = None
+
+
+class PostureSection(Section):
+    """Where the solver starts: base height and joint angles."""
+
+    height: Length
+    angles: dict[str, Angle]
+
+
+class SolverSection(Section):
+    """Intervals a domain, tolerance on the scaled problem, and the most iterations."""
+
+    intervals: int = 15
+    tolerance: Ratio = 1e-8
+    iterations: int = 500
+
+
+class Specification(Section):
+    """A whole file."""
+
+    robot: RobotSection
+    gait: GaitSection
+    limits: LimitsSection
+    outputs: OutputsSection = OutputsSection()
+    law: LawSection = LawSection()
+    posture: PostureSection | None = None
+    solver: SolverSection = SolverSection()
+
+
+def read_specification(path: str | Path) -> Specification:
+    """Read and validate a specification.
+
+    Raises:
+        InputError: in one sentence, where the file is missing or not TOML, a key is missing, unknown (known ones are
+            named) or of another kind, or a quantity has an unknown unit or is not finite.
+    """
+    path = Path(path)
+    try:
+        tree = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"specification '{path}' cannot be read: {error.strerror or error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"specification '{path}' is not TOML: {error}") from None
+    try:
+        return Specification.model_validate(tree)
+    except ValidationError as error:
+        raise _in_one_sentence(path, error) from None
+
+
+def _in_one_sentence(path: Path, error: ValidationError) -> InputError:
+    first = error.errors()[0]
+    place = [str(part) for part in first["loc"]]
+    if first["type"] == "extra_forbidden":
+        table = ".".join(place[:-1])
+        return UnknownNameError(f"key in {f'[{table}] of ' if table else ''}{path.name}", place[-1], _keys(place[:-1]))
+    if first["type"] == "missing":
+        return InputError(f"{path.name}: '{'.'.join(place)}' is missing")
+    reason = str(first["ctx"]["error"]) if first["type"] == "value_error" else first["msg"]
+    return InputError(f"{path.name}: '{'.'.join(place)}': {reason[0].lower()}{reason[1:]}")
+
+
+def _keys(place: list[str]) -> list[str]:
+    """Return the keys of the table at a place."""
+    model: type[BaseModel] = Specification
+    for part in place:
+        annotation = model.model_fields[part].annotation
+        candidates = [annotation, *getattr(annotation, "__args__", ())]
+        model = next(kind for kind in candidates if isinstance(kind, type) and issubclass(kind, BaseModel))
+    return list(model.model_fields)

@@ -1,0 +1,235 @@
+"""A specification describes a problem completely, or is refused in one sentence."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from amble.errors import InputError, UnknownNameError
+from amble.robot import catalogue
+from amble.synthesis import GaitProblem
+from amble.synthesis.quantities import UNITS, parse_quantity
+from amble.synthesis.specification import read_specification
+from amble.synthesis.specified import problem_of
+
+SMALLEST = """
+[robot]
+name = "astro"
+[gait]
+name = "amble"
+speed = 0.2
+[limits]
+clearance = 0.02
+normal_force = 10
+"""
+
+OWN_ROBOT = """
+[robot]
+file = "robot.urdf"
+feet = { fl = "fl_foot", rl = "rl_foot", fr = "fr_foot", rr = "rr_foot" }
+[gait]
+stances = [["fr", "rl"], ["fr", "rr"], ["fl", "rr"], ["fl", "rl"]]
+mirrored = true
+speed = "0.72 km/h"
+[outputs]
+order = 5
+free = { D1 = ["rl_hip_pitch"] }
+position_gain = "400 1/s^2"
+velocity_gain = 40
+[law]
+name = "drop"
+parameters = { joints = ["rl_hip_pitch", "rr_hip_pitch"] }
+[limits]
+clearance = "20 mm"
+normal_force = "10 N"
+friction = "50 %"
+duration = ["10 ms", 0.15]
+durations = { D2 = [0.02, 0.05] }
+torque = "50 N m"
+torques = { fl_knee = 30 }
+acceleration = 100
+base = { z = [0.3, "90 cm"], yaw = ["-10 deg", "10 deg"] }
+joints = { fl_knee = [1.0, 2.0] }
+touchdown_velocity = { x = [-0.2, 0.3], y = ["-10 cm/s", 0.1], z = [-2, 0] }
+[posture]
+height = 0.3
+[posture.angles]
+"""
+
+
+def problem(folder: Path, text: str) -> GaitProblem:
+    (folder / "spec.toml").write_text(text)
+    return problem_of(read_specification(folder / "spec.toml"), folder)
+
+
+@pytest.fixture
+def own_robot(tmp_path: Path) -> str:
+    """Put a robot file beside the specification and complete the posture."""
+    urdf = resources.files("amble.robot.catalogue") / "astro.urdf"
+    (tmp_path / "robot.urdf").write_text(urdf.read_text())
+    angles = catalogue.posture("astro").angles
+    return OWN_ROBOT + "".join(f"{name} = {angle}\n" for name, angle in angles.items())
+
+
+@pytest.mark.parametrize(("dimension", "unit"), [(d, u) for d, units in UNITS.items() for u in units])
+def test_every_unit_is_read(dimension: str, unit: str) -> None:
+    assert parse_quantity(f"-2.5e0 {unit}", dimension) == -2.5 * UNITS[dimension][unit]
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("180 deg", "angle", math.pi),
+        ("3.6 km/h", "speed", 1.0),
+        ("60 rpm", "angular speed", 2.0 * math.pi),
+        ("5   N  m", "torque", 5.0),
+        (7, "force", 7.0),
+    ],
+)
+def test_units_are_right(text: str, dimension: str, value: float) -> None:
+    assert parse_quantity(text, dimension) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "value", ["", "fast", "0.2", "0.2 ms", "x m/s", True, None, [1.0], math.nan, math.inf, "nan m/s"]
+)
+def test_what_is_not_a_quantity_is_refused(value: Any) -> None:
+    with pytest.raises(ValueError, match=r"known: m/s|not a|begin with a number"):
+        parse_quantity(value, "speed")
+
+
+def test_the_catalogue_completes_a_short_specification(tmp_path: Path) -> None:
+    found = problem(tmp_path, SMALLEST)
+    bounds = catalogue.bounds("astro")
+    assert found.pattern.name == "amble"
+    assert found.law.name == "pinv"
+    assert found.posture == catalogue.posture("astro")
+    assert found.limits.friction == 0.6
+    assert found.limits.durations == {"D1": bounds.duration, "D2": bounds.duration}
+    assert found.limits.positions == bounds.positions
+    assert set(found.limits.torques.values()) == {bounds.torque}
+
+
+def test_a_long_specification_is_read_completely(tmp_path: Path, own_robot: str) -> None:
+    found = problem(tmp_path, own_robot)
+    limits = found.limits
+    assert found.pattern.robot == catalogue.astro()
+    assert found.pattern.mirrored
+    assert found.speed == pytest.approx(0.2, rel=1e-15)
+    assert found.gains == (400.0, 40.0)
+    assert found.outputs.order == 5
+    assert "rl_hip_pitch" not in found.outputs.of("D1").coordinates
+    assert found.law.name == "drop"
+    assert limits.durations == {"D1": (0.01, 0.15), "D2": (0.02, 0.05)}
+    assert limits.torques["fl_knee"] == 30.0
+    assert limits.torques["rl_knee"] == 50.0
+    assert limits.speeds["rl_knee"] == 4.0  # the file's own
+    assert limits.positions["fl_knee"] == (1.0, 2.0)
+    assert limits.positions["rl_knee"] == (0.0, pytest.approx(math.pi))
+    assert limits.positions["z"] == (0.3, 0.9)
+    assert limits.positions["yaw"] == (pytest.approx(-math.pi / 18), pytest.approx(math.pi / 18))
+    assert limits.touchdown_velocity == ((-0.2, 0.3), (-0.1, 0.1), (-2.0, 0.0))
+    assert limits.friction == 0.5
+
+
+UNKNOWN = {
+    "section": ("[limits]", "[limit]\n[limits]", "unknown key in spec.toml 'limit'; known: robot, gait, limits"),
+    "key": ("speed = 0.2", "speed = 0.2\nsped = 1", r"unknown key in \[gait\] of spec.toml 'sped'; known: speed, name"),
+    "robot": ('"astro"', '"astra"', "unknown robot 'astra'; known: astro, astro_cad"),
+    "gait": ('"amble"', '"ambel"', "unknown gait 'ambel'; known: amble, trot"),
+    "law": ("[limits]", '[law]\nname = "best"\n[limits]', "unknown allocation law 'best'; known: pinv"),
+    "domain": ("[limits]", "[limits]\ndurations = { D7 = [0, 1] }", "unknown domain 'D7'; known: D1, D2"),
+    "joint": ("[limits]", "[limits]\ntorques = { knee = 1 }", "unknown joint 'knee'; known: fl_hip_yaw"),
+    "free joint": (
+        "[limits]",
+        '[outputs]\nfree = { D1 = ["knee"] }\n[limits]',
+        "unknown joint 'knee'; known: fl_hip_yaw",
+    ),
+    "free domain": (
+        "[limits]",
+        '[outputs]\nfree = { D7 = ["fl_knee"] }\n[limits]',
+        "unknown domain 'D7'; known: D1, D2",
+    ),
+    "foot": ('name = "amble"', 'stances = [["fx"], ["fl"]]', "unknown foot 'fx'; known: fl, rl, fr, rr"),
+    "base": (
+        "[limits]",
+        "[limits]\nbase = { x = [0, 1] }",
+        r"unknown key in \[limits.base\] of spec.toml 'x'; known: z",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", UNKNOWN)
+def test_unknown_names_are_refused_with_the_known_ones(tmp_path: Path, name: str) -> None:
+    old, new, message = UNKNOWN[name]
+    with pytest.raises(UnknownNameError, match=message):
+        problem(tmp_path, SMALLEST.replace(old, new))
+
+
+WRONG = {
+    "unit": (
+        "0.2",
+        '"0.2 knots"',
+        "'gait.speed': '0.2 knots' has unknown unit 'knots' for a quantity of speed; known: m/s",
+    ),
+    "nan": ("0.2", "nan", "'gait.speed': nan is not a finite number"),
+    "inf": ("normal_force = 10", "normal_force = inf", "'limits.normal_force': inf is not a finite number"),
+    "missing key": ("clearance = 0.02", "", "'limits.clearance' is missing"),
+    "missing section": ("[gait]", "[robot.gait]", "'gait' is missing|unknown key"),
+    "kind": ('"amble"', "7", "'gait.name': input should be a valid string"),
+    "order as text": (
+        "[limits]",
+        '[outputs]\norder = "4"\n[limits]',
+        "'outputs.order': input should be a valid integer",
+    ),
+    "reversed": ("[limits]", "[limits]\nduration = [2, 1]", "the lower end 2 lies above the upper end 1"),
+    "one end": ("[limits]", "[limits]\nduration = [2]", "'limits.duration': .* at least 2 items"),
+    "two robots": ('name = "astro"', 'name = "astro"\nfile = "a.urdf"', "either the name .* or a file"),
+    "feet of a known robot": ('name = "astro"', 'name = "astro"\nfeet = { fl = "a" }', "takes no feet"),
+    "no robot": ('name = "astro"', "", "either the name .* or a file"),
+    "no feet": ('name = "astro"', 'file = "a.urdf"', "needs feet"),
+    "no gait": ('name = "amble"', "", "either the name of a gait or a table"),
+    "mirrored": ('name = "amble"', 'name = "amble"\nmirrored = true', "takes no 'mirrored'"),
+    "posture": (
+        "[limits]",
+        "[posture]\nheight = 1\nangles = { fl_knee = 1 }\n[limits]",
+        "lacks the angle of fl_hip_yaw",
+    ),
+    "speed": ("0.2", "1e9", "speed"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_does_not_fit_is_refused_in_one_sentence(tmp_path: Path, name: str) -> None:
+    old, new, message = WRONG[name]
+    with pytest.raises(InputError, match=message) as caught:
+        problem(tmp_path, SMALLEST.replace(old, new))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["duration =", "acceleration =", "touchdown_velocity =", "height ="])
+def test_a_robot_outside_the_catalogue_needs_more(tmp_path: Path, own_robot: str, key: str) -> None:
+    if key == "height =":
+        text = own_robot[: own_robot.index("[posture]")]
+    else:
+        text = "\n".join(line for line in own_robot.splitlines() if not line.startswith(key))
+    with pytest.raises(InputError, match="needed for a robot that is not in the catalogue"):
+        problem(tmp_path, text)
+
+
+@pytest.mark.parametrize("text", ["[robot", "a = nope", '[robot]\nname = "a"\nname = "b"'])
+def test_what_is_not_toml_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(tomllib.TOMLDecodeError):
+        tomllib.loads(text)
+    with pytest.raises(InputError, match="is not TOML"):
+        problem(tmp_path, text)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        read_specification(tmp_path / "none.toml")
