@@ -7,13 +7,15 @@ from importlib import metadata
 import numpy as np
 from numpy.typing import NDArray
 
+from amble import __version__
 from amble.gait import DomainTrajectory, Gait
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.solve import Solution
 from amble.types import frozen
 
-RECORDED = ("amble", "casadi", "numpy")
+RECORDED = ("casadi", "numpy")
+"""Packages whose versions go into the gait, beside amble's own."""
 
 
 def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
@@ -29,7 +31,7 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
         tuple(_trajectory(problem, domain, natural) for domain in layout.domains),
         solution.report,
         None,
-        {name: metadata.version(name) for name in RECORDED},
+        {"amble": __version__, **{name: metadata.version(name) for name in RECORDED}},
     )
 
 
