@@ -63,6 +63,11 @@ class Trace:
     tolerance: float
     seconds: float
 
+    def __post_init__(self) -> None:
+        """Make the arrays read-only, so that the record stays as it was made."""
+        for array in (self.time, self.clock, self.domain, self.cycle, self.state, *self.signals.values()):
+            array.setflags(write=False)
+
     @property
     def completed(self) -> bool:
         """Whether every cycle that was asked for was walked."""
