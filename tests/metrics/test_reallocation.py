@@ -2,15 +2,17 @@
 
 import dataclasses
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from amble.control import DropActuator, PseudoInverse
+from amble.control.linearisation import Feedforward, linearise
 from amble.errors import InputError
 from amble.metrics import Samples, samples_of_gait
 from amble.metrics.reallocation import reallocate
-from amble.robot import kinematics
-from tests.synthetic import STANCES, synthetic_gait
+from amble.robot import catalogue, kinematics
+from tests.synthetic import STANCES, amble_pattern, synthetic_gait
 
 DROPPED = DropActuator(("rl_hip_pitch", "rr_hip_pitch"))
 
@@ -82,3 +84,49 @@ def test_normal_forces_do_not_change_on_level_feet(samples: Samples) -> None:
 def test_two_laws_of_one_name_are_refused(samples: Samples) -> None:
     with pytest.raises(InputError, match="same name: pinv, pinv"):
         reallocate(samples, [PseudoInverse(), PseudoInverse()])
+
+
+@pytest.mark.parametrize("stance", [0, 1])
+def test_the_controller_itself_agrees(stance: int) -> None:
+    """The closed loop with the dropped actuator applies what reallocation finds from the pseudo-inverse's torques."""
+    pattern = amble_pattern()
+    robot, feet = pattern.robot, pattern.stances[stance].feet
+    clock, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
+    q, v = x[: robot.size], x[robot.size :]
+    feedforward = Feedforward.symbols(11, robot.size - 3, 4)
+    loops = {
+        law.name: ca.Function("loop", [clock, x, feedforward.packed()], [loop.torques, loop.forces])
+        for law in (PseudoInverse(), DROPPED)
+        for loop in (linearise(robot, feet, law, q, v, clock, feedforward),)
+    }
+    random = np.random.default_rng(stance)
+    standing = catalogue.posture("astro").coordinates(robot)
+    states = np.concatenate([standing, np.zeros(robot.size)]) + 0.1 * random.normal(size=(20, 2 * robot.size))
+    free = [joint for joint in DROPPED.joints if joint.startswith(tuple(feet))]
+    outputs = [index for index, name in enumerate(robot.coordinate_names[3:]) if name in robot.joint_names]
+    outputs.remove(robot.coordinate_index(free[0]) - 3)
+    weights = np.eye(robot.size - 3)[outputs]
+    references = standing[3:, None] + 0.05 * random.normal(size=(robot.size - 3, 5))
+    parameters = np.concatenate([[0.2], [100.0, 20.0], references.ravel("F"), weights.ravel("F")])
+    applied = {name: [np.asarray(value).T for value in loop(0.1, states.T, parameters)] for name, loop in loops.items()}
+    columns = [3 * robot.foot_names.index(foot) + axis for foot in feet for axis in range(3)]
+    forces = np.zeros((len(states), 12))
+    forces[:, columns] = applied["pinv"][1]
+    number = np.zeros(len(states), dtype=np.int64)
+    samples = Samples(
+        label="random",
+        pattern=pattern,
+        times=np.arange(len(states), dtype=np.float64),
+        segments=number,
+        stances=number + stance,
+        cycles=number,
+        positions=states[:, : robot.size],
+        velocities=states[:, robot.size :],
+        torques=applied["pinv"][0],
+        forces=forces,
+    )
+    found = reallocate(samples, [DROPPED])["drop"]
+    # torques and forces of up to a few 1e2, through a solve of a 12 x 12 matrix in the controller
+    assert np.allclose(found.torques, applied["drop"][0], rtol=1e-9, atol=1e-8)
+    assert np.allclose(found.forces[:, columns], applied["drop"][1], rtol=1e-9, atol=1e-8)
+    assert np.max(np.abs(applied["drop"][0] - applied["pinv"][0])) > 1.0
