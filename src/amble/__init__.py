@@ -19,6 +19,7 @@ _HOME = {
     "PseudoInverse": "amble.control.allocation",
     "Robot": "amble.robot",
     "Trace": "amble.simulation",
+    "check": "amble.gait.check",
     "errors": "amble.errors",
     "gaits": "amble.hybrid.gaits",
     "joint_outputs": "amble.control.outputs",

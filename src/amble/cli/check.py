@@ -1,0 +1,46 @@
+"""``amble check``: everything that a gait claims, computed again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from amble.errors import WorkError
+
+if TYPE_CHECKING:
+    from amble.gait import Gait
+
+
+def check(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    robot: Annotated[
+        Path | None, typer.Option(help="URDF of the robot that the gait must have been made for.", show_default=False)
+    ] = None,
+    grid: Annotated[int, typer.Option(min=1, help="Points in every spacing of the gait's nodes.")] = 4,
+    every: Annotated[bool, typer.Option("--all", help="Print every row, not the worst of each family.")] = False,
+) -> None:
+    """Check dynamics, contacts, outputs, impacts, periodicity and limits of a gait, between its nodes too."""
+    from amble.gait.check import check as recompute
+
+    report = recompute(read(gait, robot), grid)
+    if every:
+        for finding in report.findings:
+            typer.echo(str(finding))
+    typer.echo(str(report))
+    if not report.passed:
+        raise WorkError(f"the gait does not hold: {len(report.failed)} of {len(report.findings)} rows fail")
+
+
+def read(path: Path, robot: Path | None) -> Gait:
+    """Read a gait; where a URDF is given, it must describe the robot that the gait was made for."""
+    from amble.gait.files import load_gait
+    from amble.robot import load_robot
+
+    gait = load_gait(path)
+    if robot is None:
+        return gait
+    made_for = gait.robot
+    feet = {foot.name: foot.frame for foot in made_for.feet}
+    return load_gait(path, load_robot(robot, feet, name=robot.stem, gravity=made_for.gravity))
