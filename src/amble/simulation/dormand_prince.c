@@ -14,7 +14,7 @@
 #define DENSE 7        /* coefficient vectors of the dense output */
 #define CHECKS 4       /* looks at the guards within one step */
 
-enum { CROSSED = 0, TOO_LONG = 1, NOT_FINITE = 2, STALLED = 3, NO_MEMORY = 4 };
+enum { CROSSED = 0, TOO_LONG = 1, STUCK = 2, NO_MEMORY = 3 };
 
 typedef struct {
     void *handle; /* evaluates out = function(clock, state) from and to the buffers below */
@@ -220,12 +220,6 @@ static void resample(const Path *path, int n, double end, int samples, double *c
     }
 }
 
-static int finite(const double *x, int n) {
-    for (int i = 0; i < n; ++i)
-        if (!isfinite(x[i])) return 0;
-    return 1;
-}
-
 /* Integrate from state x at clock 0 until a guard fires or `longest` is reached.
  * Writes the samples, the clock at the end, the guard that fired, the number of accepted steps. */
 int amble_flow(const Problem *problem, const Tableau *tableau, const double *start, double tolerance, double longest,
@@ -244,7 +238,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
     double length = first_step(problem, x, k, tolerance, longest, spare);
     while (clock < longest) {
         if (length < 1e-14 * fmax(clock, 1e-3 * longest)) {
-            status = finite(k, n) && finite(x, n) && finite(y, n) && finite(k + STEP_STAGES * n, n) ? STALLED : NOT_FINITE;
+            status = STUCK;
             break;
         }
         const int final = clock + length >= longest;
@@ -254,7 +248,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
             slope(problem, clock + tableau->c[s] * length, y, k + s * n);
         }
         const double error = step_error(problem, tableau, length, x, y, k, tolerance);
-        const double factor = error > 0 ? 0.9 * pow(error, -1.0 / 8.0) : 10.0;
+        const double factor = error == 0 ? 10.0 : 0.9 * pow(error, -1.0 / 8.0); /* not a number where a stage is not */
         if (!(error < 1.0)) {
             length *= factor >= 0.2 ? factor : 0.2;
             rejected = 1;
@@ -266,7 +260,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
         }
         *fired = look(problem, &path, values, &clock, spare);
         if (*fired != -1) {
-            status = *fired >= 0 ? CROSSED : NOT_FINITE;
+            status = *fired >= 0 ? CROSSED : STUCK;
             break;
         }
         clock = final ? longest : clock + length;

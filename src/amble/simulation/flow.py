@@ -26,8 +26,7 @@ LOOKS = 4
 
 FELL = "fell"
 TOO_LONG = "reached no guard"
-NOT_FINITE = "is not finite any more"
-STALLED = "needs steps below the roundoff of the clock"
+STUCK = "cannot go on (its rate is not a number, grows without bound or is too stiff)"
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class Passage:
         clock: of the samples, evenly spaced from the entry to the end, (n,), s.
         state: at the samples, (n, n_x).
         fired: position of the transition that fired among those that leave the domain; None where none did.
-        ended: why no transition fired, else empty: one of FELL, TOO_LONG, NOT_FINITE, STALLED.
+        ended: why no transition fired, else empty: one of FELL, TOO_LONG, STUCK.
         steps: accepted steps of the integrator; each took 15 evaluations of the vector field.
     """
 

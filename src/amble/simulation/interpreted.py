@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from amble.hybrid.system import numeric
-from amble.simulation.flow import LOOKS, NOT_FINITE, RESOLUTION, STALLED, TOO_LONG, Course, Passage, Watched
+from amble.simulation.flow import LOOKS, RESOLUTION, STUCK, TOO_LONG, Course, Passage, Watched
 from amble.types import Vector
 
 Motion = Callable[[float], Vector]
@@ -43,9 +43,8 @@ class InterpretedFlow:
                         which, ended = self.course.outcome(crossing[0])
                         return _passage(pieces, start, crossing[1], samples, which, ended)
             except FloatingPointError:
-                return _passage(pieces, start, stepper.t, samples, None, NOT_FINITE)
-            finite = np.all(np.isfinite(rate(stepper.t, stepper.y)))
-        ended = TOO_LONG if stepper.status == "finished" else STALLED if finite else NOT_FINITE
+                return _passage(pieces, start, stepper.t, samples, None, STUCK)
+        ended = TOO_LONG if stepper.status == "finished" else STUCK
         return _passage(pieces, start, pieces[-1].t if pieces else 0.0, samples, None, ended)
 
     def _value(self, item: Watched, clock: float, state: Vector) -> float:

@@ -20,7 +20,7 @@ import numpy as np
 from amble.codegen.cache import content_key, intact, locked, seal, writable_folder
 from amble.codegen.compiler import Compiler, compiler
 from amble.errors import WorkError
-from amble.simulation.flow import NOT_FINITE, RESOLUTION, STALLED, TOO_LONG, Course, Flow, Passage
+from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Course, Flow, Passage
 from amble.simulation.tableau import dop853
 from amble.types import NodeValues, Vector
 
@@ -29,8 +29,8 @@ FLAGS = ("-O2", "-std=c99", "-fPIC", "-shared")
 EVALUATE = "_ZN6casadi21_function_buffer_evalEPv"
 """casadi::_function_buffer_eval(void*), which casadi exports for callers in C."""
 
-CROSSED, NO_MEMORY = 0, 4
-REASONS = {1: TOO_LONG, 2: NOT_FINITE, 3: STALLED}
+CROSSED, NO_MEMORY = 0, 3
+REASONS = {1: TOO_LONG, 2: STUCK}
 
 TABLEAU = ("a", "c", "error3", "error5", "dense")
 """The arrays of the method, in the order of the C structure."""

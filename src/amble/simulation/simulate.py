@@ -25,7 +25,8 @@ def simulate(
     """Simulate a hybrid system from the entry of its first domain.
 
     A cycle is complete when the first domain is entered again. A motion that falls (the margin ``Domain.alive`` is not
-    positive), that reaches no guard within ``longest``, or that is not finite any more ends the trace early: then
+    positive), that reaches no guard within ``longest``, or that cannot go on (a rate that is
+    not a number) ends the trace early: then
     ``Trace.ended`` says why, and no error is raised.
 
     Args:

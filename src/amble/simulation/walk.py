@@ -10,7 +10,7 @@ import numpy as np
 from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.hybrid.system import numeric
-from amble.simulation.flow import FELL, NOT_FINITE, TOO_LONG, Flow, Passage, prepare
+from amble.simulation.flow import FELL, STUCK, TOO_LONG, Flow, Passage, prepare
 from amble.simulation.trace import COMPLETED, Event
 from amble.types import Vector, frozen
 
@@ -104,7 +104,7 @@ def _through(flow: Flow, domain: Domain, entry: Vector, tolerance: float, longes
     """Pass through a domain; a motion that is not alive at its entry does not begin."""
     stopped = ""
     if not np.all(np.isfinite(entry)):
-        stopped = NOT_FINITE
+        stopped = STUCK
     elif domain.alive is not None and not float(domain.alive(0.0, entry, domain.parameters)) > 0:
         stopped = FELL
     if stopped:

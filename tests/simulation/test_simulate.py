@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from amble.errors import InputError
+from amble.simulation import simulate
+from tests.hybrids import GRAVITY, bouncing_ball, clockwork, two_phases
+
+
+def test_a_ball_bounces_as_it_must() -> None:
+    trace = simulate(bouncing_ball(0.8), np.array([0.0, 2.0]), 10, samples=7)
+    assert trace.completed
+    assert trace.cycles == 10
+    flights = 2 * 2.0 / GRAVITY * 0.8 ** np.arange(10)
+    assert np.array([event.time for event in trace.events]) == pytest.approx(np.cumsum(flights), abs=1e-12)
+    assert trace.section == pytest.approx(np.column_stack([np.zeros(11), 2.0 * 0.8 ** np.arange(11)]), abs=1e-12)
+
+
+def test_samples_are_even_and_events_have_one_on_both_sides() -> None:
+    trace = simulate(bouncing_ball(0.5), np.array([0.0, 2.0]), 3, samples=5)
+    assert trace.state.shape == (15, 2)
+    for number, event in enumerate(trace.events):
+        rows = np.flatnonzero(trace.cycle == number)
+        assert np.diff(trace.clock[rows]) == pytest.approx(trace.clock[rows[-1]] / 4)
+        assert trace.time[rows[-1]] == event.time
+        assert np.array_equal(trace.state[rows[-1]], event.before)
+        if number < 2:
+            assert trace.time[rows[-1] + 1] == event.time
+            assert np.array_equal(trace.state[rows[-1] + 1], event.after)
+
+
+def test_energy_is_constant_in_flight_and_signals_keep_their_width() -> None:
+    trace = simulate(bouncing_ball(0.8), np.array([0.0, 2.0]), 3)
+    for cycle in range(3):
+        energy = trace.signals["energy"][trace.cycle == cycle, 0]
+        assert energy == pytest.approx(energy[0], rel=1e-13)
+    assert trace.signals["pair"] == pytest.approx(2 * trace.state)
+
+
+def test_a_domain_without_a_signal_records_nan() -> None:
+    system = two_phases()
+    quiet = simulate(system, np.array([0.0, 1.0, 0.2]), 2)
+    assert not quiet.signals
+    assert set(quiet.domain) == {0, 1}
+    assert [event.transition for event in quiet.events] == ["push->pull", "pull->push"] * 2
+
+
+@pytest.mark.parametrize(
+    ("start", "longest", "reason"),
+    [
+        ((0.0, 1.0), 10.0, "the motion fell in domain 'flight' of cycle 1 at"),
+        ((0.0, 0.1), 10.0, "the motion fell in domain 'flight' of cycle 0 at 0 s"),
+        ((0.0, 1.0), 0.1, "the motion reached no guard within the longest time allowed in domain 'flight' of cycle 0"),
+    ],
+)
+def test_an_early_end_is_a_sentence(start: tuple[float, float], longest: float, reason: str) -> None:
+    trace = simulate(bouncing_ball(0.5, floor=0.6), np.array(start), 10, longest=longest)
+    assert not trace.completed
+    assert trace.ended.startswith(reason)
+    assert trace.cycles == len(trace.events) < 10
+    assert trace.time.size == trace.state.shape[0] == trace.signals["energy"].shape[0] > 0
+    assert trace.section.shape == (trace.cycles + 1, 2)
+
+
+def test_a_graph_may_branch() -> None:
+    trace = simulate(clockwork(("sine", -1, 0.0), ("line", +1, 0.0)), np.array([0.0]), 1, longest=200.0)
+    assert [event.transition for event in trace.events] == ["first->line1", "line1->first"]
+
+
+def test_progress_is_reported_every_cycle() -> None:
+    calls: list[tuple[int, int]] = []
+    simulate(bouncing_ball(), np.array([0.0, 1.0]), 3, progress=lambda done, wanted: calls.append((done, wanted)))
+    assert calls == [(1, 3), (2, 3), (3, 3)]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"start": [0.0, 1.0, 2.0]}, "has 3 values, not 2"),
+        ({"start": [0.0, np.nan]}, "not finite"),
+        ({"cycles": 0}, "at least 1 cycle"),
+        ({"tolerance": 1e-15}, "not between"),
+        ({"tolerance": np.nan}, "not between"),
+        ({"samples": 1}, "at least 2 samples"),
+        ({"longest": 0.0}, "positive time"),
+        ({"longest": np.inf}, "positive time"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(change: Mapping[str, Any], sentence: str) -> None:
+    arguments: dict[str, Any] = {"start": [0.0, 1.0], "cycles": 1, **change}
+    arguments["start"] = np.array(arguments["start"])
+    with pytest.raises(InputError, match=sentence):
+        simulate(bouncing_ball(), **arguments)
+
+
+def test_the_record_is_read_only() -> None:
+    trace = simulate(bouncing_ball(), np.array([0.0, 1.0]), 1)
+    with pytest.raises(ValueError, match="read-only"):
+        trace.state[0, 0] = 1.0
