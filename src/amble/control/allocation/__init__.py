@@ -1,9 +1,27 @@
 """Allocation laws, one a file."""
 
+from amble.control.allocation.bounded_minimum_norm import BoundedMinimumNorm
+from amble.control.allocation.contact_limits import ContactLimits, margins
 from amble.control.allocation.drop_actuator import DropActuator
 from amble.control.allocation.internal_forces import internal_forces
 from amble.control.allocation.law import AllocationLaw, Redundancy
+from amble.control.allocation.minimum_peak import MinimumPeak
+from amble.control.allocation.minimum_power import MinimumPower
 from amble.control.allocation.pseudo_inverse import PseudoInverse
 from amble.control.allocation.registry import law_from
+from amble.control.allocation.weighted_minimum_norm import WeightedMinimumNorm
 
-__all__ = ["AllocationLaw", "DropActuator", "PseudoInverse", "Redundancy", "internal_forces", "law_from"]
+__all__ = [
+    "AllocationLaw",
+    "BoundedMinimumNorm",
+    "ContactLimits",
+    "DropActuator",
+    "MinimumPeak",
+    "MinimumPower",
+    "PseudoInverse",
+    "Redundancy",
+    "WeightedMinimumNorm",
+    "internal_forces",
+    "law_from",
+    "margins",
+]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import casadi as ca
 
+from amble.errors import InputError
 from amble.robot import Robot
 
 
@@ -66,3 +68,39 @@ class AllocationLaw(ABC):
     @abstractmethod
     def choose(self, redundancy: Redundancy) -> ca.SX:
         """Return s, (k,): the closed form of the law in the controller, from the minimum-norm torques."""
+
+    def diagnostics(self, redundancy: Redundancy, s: ca.SX) -> Mapping[str, ca.SX]:
+        """Return what the law can tell about its own choice, by name; a law without limits has nothing to tell.
+
+        Args:
+            redundancy: what was chosen from.
+            s: what ``choose`` returned, (k,).
+        """
+        del redundancy, s
+        return {}
+
+
+def steered_joints(redundancy: Redundancy) -> list[int]:
+    """Joints whose torque the free directions can change: those of the stance legs."""
+    return sorted(set(redundancy.null.sparsity().row()))
+
+
+def effort_limits(redundancy: Redundancy, joints: Sequence[int]) -> ca.DM:
+    """Largest |torque| of some joints as the robot's description states it, N m.
+
+    Raises:
+        InputError: where a joint has no such limit.
+    """
+    records = [redundancy.robot.joints[j] for j in joints]
+    for record in records:
+        if not (isfinite(record.effort) and record.effort > 0.0):
+            raise InputError(f"joint '{record.name}' has no torque limit, which this allocation law needs")
+    return ca.DM([record.effort for record in records])
+
+
+def no_smooth_rows(law: str) -> InputError:
+    """Say that a law cannot close a gait problem."""
+    return InputError(
+        f"allocation law '{law}' is not smooth, so no gait can be optimised under it; optimise with pinv or weighted "
+        "and use it in the controller: the motion stays the same"
+    )

@@ -1,0 +1,156 @@
+"""The smallest torques that keep torque limits, friction cones and unilateral contact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import casadi as ca
+
+from amble.control.allocation.contact_limits import ContactLimits, margins
+from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, no_smooth_rows, steered_joints
+from amble.control.allocation.line import Interval, above, band, common, inside_cone, lowest_peak
+from amble.maths.interior_point import QuadraticProgram, minimise
+
+LEVEL = 1e-6
+"""A squeeze whose vertical part is smaller than this share of it does not steer normal forces."""
+
+LOOSER = 1.01
+"""Where the limits leave nothing, all are widened this much beyond the least that leaves something."""
+
+DEEP = 0.1
+"""The search for room among the limits stops at this relative depth."""
+
+
+@dataclass(frozen=True)
+class BoundedMinimumNorm(AllocationLaw):
+    """Minimise |u|^2 within limits (docs/theory/allocation.md, eq. 12 to 17 and 20).
+
+    Torque limits are the effort limits of the robot's description. Two stance feet: friction cones are exact, and the
+    optimum is clipped on the line. Three and four: the inner pyramid |f_x|, |f_y| <= mu f_z / sqrt(2), as a small
+    quadratic program.
+
+    Where no torque that realises the motion keeps all limits, the law falls back and ``diagnostics`` tells by how much
+    each limit is missed. Two feet: torque limits come first (where they alone leave nothing, the smallest relative
+    peak), then friction, then normal force, each kept as well as those before it allow. Three and four feet: the
+    largest relative violation is as small as can be.
+
+    Attributes:
+        friction: coefficient mu.
+        normal_force: smallest normal force of a stance foot, N.
+
+    Raises:
+        InputError: where friction is not positive or the normal force is negative.
+    """
+
+    friction: float = 0.6
+    normal_force: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse limits that no foot can keep."""
+        self._contact()
+
+    @property
+    def name(self) -> str:
+        """Name in files and on the command line."""
+        return "bounded"
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """Friction and the smallest normal force."""
+        return {"friction": self.friction, "normal_force": self.normal_force}
+
+    def rows(self, redundancy: Redundancy) -> ca.SX:
+        """Refuse: the torques have kinks where a limit becomes active."""
+        del redundancy
+        raise no_smooth_rows(self.name)
+
+    def choose(self, redundancy: Redundancy) -> ca.SX:
+        """Clip the minimum norm into the limits.
+
+        Raises:
+            InputError: where a joint has no effort limit.
+        """
+        if not redundancy.size:
+            return ca.SX(0, 1)
+        return self._on_line(redundancy) if redundancy.size == 1 else self._in_space(redundancy)
+
+    def diagnostics(self, redundancy: Redundancy, s: ca.SX) -> Mapping[str, ca.SX]:
+        """Return ``margin``, (3,): distance to the torque, friction and normal force limits, negative where missed."""
+        return {"margin": margins(redundancy, s, self._contact())}
+
+    def _contact(self) -> ContactLimits:
+        return ContactLimits(self.friction, self.normal_force)
+
+    def _on_line(self, redundancy: Redundancy) -> ca.SX:
+        """One free direction: clip to normal forces, then friction, then torques; exact where they meet (eq. 16)."""
+        u, n = redundancy.torques, redundancy.null
+        s = -ca.dot(n, u) / ca.dot(n, n)
+        w = redundancy.squeeze[:, 0]
+        steers = [_zero_where_level(w[3 * i : 3 * i + 3]) for i in range(len(redundancy.feet))]
+        forces = [redundancy.forces[3 * i : 3 * i + 3] for i in range(len(redundancy.feet))]
+        pairs = list(zip(forces, steers, strict=True))
+        s = common([above(f[2] - self.normal_force, e[2]) for f, e in pairs]).clip(s)
+        s = common([inside_cone(f, e, self.friction) for f, e in pairs]).clip(s)
+        return _torque_interval(redundancy).clip(s)
+
+    def _in_space(self, redundancy: Redundancy) -> ca.SX:
+        """Three or six free directions: find how much the limits must give way, then the smallest torques (eq. 20)."""
+        # shorthand
+        N, k = redundancy.null, redundancy.size
+        unit = ca.sqrt(ca.sum1(N**2)).T
+        rows, limits = self._rows_in_space(redundancy)
+        size = ca.mmax(effort_limits(redundancy, range(len(redundancy.robot.joints))))
+
+        N = N / ca.repmat(unit.T, N.shape[0], 1)
+        rows = rows * size / ca.repmat(unit.T, rows.shape[0], 1)
+        count = rows.shape[0]
+        room = QuadraticProgram(
+            hessian=ca.diagcat(1e-9 * ca.SX.eye(k), ca.SX(1, 1)),
+            cost=ca.vertcat(ca.SX.zeros(k), 1.0),
+            rows=ca.blockcat([[rows, -ca.SX.ones(count)], [ca.SX(1, k), ca.SX(-1.0)]]),
+            limits=ca.vertcat(limits, DEEP),
+        )
+        start = ca.vertcat(ca.SX.zeros(k), ca.fmax(-ca.mmin(limits), 0.0) + 1.0)
+        missed = ca.fmax(minimise(room, start)[k], 0.0)
+        least = QuadraticProgram(N.T @ N, N.T @ redundancy.torques / size, rows, limits + LOOSER * missed)
+        return minimise(least, ca.SX.zeros(k)) * size / unit
+
+    def _rows_in_space(self, redundancy: Redundancy) -> tuple[ca.SX, ca.SX]:
+        """All limits as rows s <= limits; torques relative to their limit, forces to a foot's share of the weight."""
+        joints = steered_joints(redundancy)
+        effort = effort_limits(redundancy, joints)
+        robot, feet = redundancy.robot, redundancy.feet
+        share = robot.mass * robot.gravity / len(feet)
+        u, N = redundancy.torques[joints] / effort, redundancy.null[joints, :] / effort
+        rows, limits = [N, -N], [1.0 - u, 1.0 + u]
+        slope = self.friction / sqrt(2.0)
+        for i in range(len(feet)):
+            f, w = (part[3 * i : 3 * i + 3, :] / share for part in (redundancy.forces, redundancy.squeeze))
+            for axis in range(2):
+                for sign in (1.0, -1.0):
+                    rows.append(sign * w[axis, :] - slope * w[2, :])
+                    limits.append(slope * f[2] - sign * f[axis])
+            rows.append(-w[2, :])
+            limits.append(f[2] - self.normal_force / share)
+        return ca.vertcat(*rows), ca.vertcat(*limits)
+
+
+def _torque_interval(redundancy: Redundancy) -> Interval:
+    """Where all torques keep their limits; where they cannot, the smallest relative peak stands for it (eq. 12)."""
+    joints = steered_joints(redundancy)
+    effort = effort_limits(redundancy, joints)
+    u, n = redundancy.torques[joints], redundancy.null[joints, 0]
+    count = range(len(joints))
+    inside = common([band(u[j], n[j], ca.SX(effort[j])) for j in count])
+    return Interval(
+        inside.lower, inside.upper, lowest_peak([u[j] / effort[j] for j in count], [n[j] / effort[j] for j in count])
+    )
+
+
+def _zero_where_level(direction: ca.SX) -> ca.SX:
+    """The squeeze of one foot without a vertical part that is only roundoff."""
+    vertical = ca.if_else(ca.fabs(direction[2]) < LEVEL * ca.norm_2(direction), 0.0, direction[2])
+    return ca.vertcat(direction[:2], vertical)

@@ -1,0 +1,94 @@
+"""The least electrical power, moment by moment: the integrand of the paper's own cost of transport."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from amble.control.actuator import Actuator
+from amble.control.actuator import actuator as actuator_named
+from amble.control.allocation.law import AllocationLaw, Redundancy, no_smooth_rows, steered_joints
+from amble.control.allocation.line import lowest_with_kinks
+from amble.maths.interior_point import QuadraticProgram, minimise
+
+
+@dataclass(frozen=True)
+class MinimumPower(AllocationLaw):
+    """Minimise sum_j max(u_j w_j, 0) + r u_j^2, r = R / (N K_t)^2 (docs/theory/allocation.md, eq. 8).
+
+    Attributes:
+        actuator: name of the actuator model, as in ``amble.control.actuator``.
+
+    Raises:
+        UnknownNameError: there is no such actuator model.
+    """
+
+    actuator: str = "paper"
+
+    def __post_init__(self) -> None:
+        """Refuse a model that does not exist."""
+        actuator_named(self.actuator)
+
+    @property
+    def name(self) -> str:
+        """Name in files and on the command line."""
+        return "power"
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The actuator model."""
+        return {"actuator": self.actuator}
+
+    def rows(self, redundancy: Redundancy) -> ca.SX:
+        """Refuse: the torques have kinks where a joint's power changes its sign."""
+        del redundancy
+        raise no_smooth_rows(self.name)
+
+    def choose(self, redundancy: Redundancy) -> ca.SX:
+        """Minimise exactly: on a line in closed form (eq. 9), else as a quadratic program (eq. 18)."""
+        if not redundancy.size:
+            return ca.SX(0, 1)
+        model = actuator_named(self.actuator)
+        return _on_line(redundancy, model) if redundancy.size == 1 else _in_space(redundancy, model)
+
+
+def _on_line(redundancy: Redundancy, model: Actuator) -> ca.SX:
+    """One free direction: a parabola with one kink a joint, max(x, 0) being (x + |x|) / 2."""
+    # shorthand
+    r = model.heat_coefficient
+    joints = steered_joints(redundancy)
+    u, n, w = redundancy.torques[joints], redundancy.null[joints, 0], redundancy.speeds[joints]
+
+    kinks = [-u[j] / ca.if_else(n[j] == 0, 1.0, n[j]) for j in range(len(joints))]
+    weights = [0.5 * ca.fabs(n[j] * w[j]) for j in range(len(joints))]
+    return lowest_with_kinks(2.0 * r * ca.dot(n, n), 2.0 * r * ca.dot(n, u) + 0.5 * ca.dot(n, w), kinks, weights)
+
+
+def _in_space(redundancy: Redundancy, model: Actuator) -> ca.SX:
+    """Three or six free directions: one bound a joint on its positive power, p >= u w and p >= 0.
+
+    The variables are (p, s), s scaled so that a unit changes the torques by one newton metre.
+    """
+    # shorthand
+    r = model.heat_coefficient
+    joints = steered_joints(redundancy)
+    count, k = len(joints), redundancy.size
+    u, w = redundancy.torques[joints], redundancy.speeds[joints]
+    unit = ca.sqrt(ca.sum1(redundancy.null**2)).T
+    N = redundancy.null[joints, :] / ca.repmat(unit.T, count, 1)
+
+    # power in units of its typical size: heat of the torques at hand plus their mechanical power
+    size = r * ca.dot(u, u) + ca.norm_1(u * w) + r
+    length = ca.sqrt(size / r)
+    power = (w * N) * length / size
+    program = QuadraticProgram(
+        hessian=ca.diagcat(ca.SX(count, count), 2.0 * (N.T @ N)),
+        cost=ca.vertcat(ca.SX.ones(count), 2.0 * r * length / size * (N.T @ u)),
+        rows=ca.blockcat([[-ca.SX.eye(count), ca.SX(count, k)], [-ca.SX.eye(count), power]]),
+        limits=ca.vertcat(ca.SX.zeros(count), -u * w / size),
+    )
+    start = ca.vertcat(ca.fmax(u * w / size, 0.0) + 1.0 / count, ca.SX.zeros(k))
+    return minimise(program, start)[count:] * length / unit

@@ -1,0 +1,67 @@
+"""The smallest torques in a weighted least-squares sense, such as the least heat of unequal motors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import casadi as ca
+
+from amble.control.allocation.law import AllocationLaw, Redundancy
+from amble.errors import InputError, UnknownNameError
+from amble.maths.linear_algebra import SymmetricFactor
+
+
+@dataclass(frozen=True)
+class WeightedMinimumNorm(AllocationLaw):
+    """Minimise sum_j m_j u_j^2: s = -(N^T M N)^-1 N^T M u_p (docs/theory/allocation.md, eq. 7).
+
+    Attributes:
+        weights: joint -> m_j > 0, for instance R / (N K_t)^2 of its actuator, W/(N m)^2; joints not named weigh 1.
+
+    Raises:
+        InputError: where a weight is not finite and positive.
+    """
+
+    weights: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        """Refuse weights without a minimum."""
+        for joint, weight in self.weights.items():
+            if not (isfinite(weight) and weight > 0.0):
+                raise InputError(f"the weight of joint '{joint}' is {weight}; it must be finite and positive")
+
+    @property
+    def name(self) -> str:
+        """Name in files and on the command line."""
+        return "weighted"
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The weights."""
+        return {"weights": dict(self.weights)}
+
+    def rows(self, redundancy: Redundancy) -> ca.SX:
+        """N^T M u = 0: smooth, without a matrix inverse."""
+        return (self._weighted(redundancy)).T @ redundancy.torques
+
+    def choose(self, redundancy: Redundancy) -> ca.SX:
+        """Solve N^T M (u + N s) = 0."""
+        if not redundancy.size:
+            return ca.SX(0, 1)
+        weighted = self._weighted(redundancy)
+        return SymmetricFactor.of(redundancy.null.T @ weighted).solve(-weighted.T @ redundancy.torques)
+
+    def _weighted(self, redundancy: Redundancy) -> ca.SX:
+        """M N.
+
+        Raises:
+            UnknownNameError: where a weight names a joint that the robot does not have.
+        """
+        names = redundancy.robot.joint_names
+        for joint in self.weights:
+            if joint not in names:
+                raise UnknownNameError("joint", joint, names)
+        return ca.SX(ca.DM([float(self.weights.get(joint, 1.0)) for joint in names])) * redundancy.null
