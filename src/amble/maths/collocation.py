@@ -34,10 +34,10 @@ class CollocationScheme:
         if c[0] != 0.0 or c[-1] != 1.0 or a.shape != (c.size, c.size):
             raise InputError(f"collocation scheme '{self.name}' does not span the unit interval")
         for k in range(1, c.size + 1):
-            if not np.allclose(a @ c ** (k - 1), c**k / k, atol=1e-14):
+            if not np.allclose(a @ c ** (k - 1), c**k / k, rtol=0.0, atol=1e-14):
                 raise InputError(f"collocation scheme '{self.name}' is not exact for degree {k - 1}")
         for k in range(1, self.order + 1):
-            if not np.isclose(self.weights @ c ** (k - 1), 1.0 / k, atol=1e-14):
+            if not np.isclose(self.weights @ c ** (k - 1), 1.0 / k, rtol=0.0, atol=1e-14):
                 raise InputError(f"the weights of collocation scheme '{self.name}' are not of order {self.order}")
 
     @property
