@@ -1,0 +1,36 @@
+"""Progress of long work on standard error: one live line in a terminal, a plain line now and then elsewhere."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+from amble.cli.console import say
+
+PAUSE = 5.0
+"""Seconds between plain lines."""
+
+Update = Callable[[str], None]
+
+
+@contextlib.contextmanager
+def progress(task: str) -> Iterator[Update]:
+    """Yield a function that shows how far a task is."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+
+        with Console(stderr=True).status(task) as status:
+            yield lambda text: status.update(f"{task}: {text}")
+        return
+    last = time.monotonic()
+
+    def update(text: str) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= PAUSE:
+            last = now
+            say(f"{task}: {text}")
+
+    yield update

@@ -1,0 +1,59 @@
+"""``amble synthesize``: from a specification to a gait."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from amble.cli.console import wrote
+from amble.cli.progress import Update, progress
+
+if TYPE_CHECKING:
+    from amble.gait import Gait, SolverReport
+    from amble.synthesis import GaitProblem, Iteration
+
+
+def synthesize(
+    spec: Annotated[Path, typer.Argument(help="Specification, a TOML file.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="Where to write the gait.")] = Path("gait.json"),
+    start: Annotated[
+        Path | None, typer.Option("--from", help="Gait to start from; else the robot stands.", show_default=False)
+    ] = None,
+) -> None:
+    """Find the gait that a specification describes."""
+    from amble.gait.files import load_gait, save_gait
+    from amble.synthesis.specification import read_specification
+    from amble.synthesis.specified import problem_of
+
+    specification = read_specification(spec)
+    problem = problem_of(specification, spec.parent)
+    known = load_gait(start, problem.pattern.robot) if start is not None else None
+    gait = solve(problem, known, specification.solver.tolerance, specification.solver.iterations)
+    wrote(save_gait(gait, out))
+
+
+def solve(problem: GaitProblem, start: Gait | None, tolerance: float, iterations: int) -> Gait:
+    """Solve a gait problem with progress, and say how it went."""
+    from amble.synthesis import synthesize as find
+
+    with progress("optimising the gait") as update:
+        gait = find(problem, start, tolerance, iterations, lambda iteration: _show(update, iteration))
+    typer.echo(solved_line(gait.solver))
+    return gait
+
+
+def solved_line(report: SolverReport) -> str:
+    """One line about a solver's run."""
+    return (
+        f"{report.solver}: {report.status}, {report.iterations} iterations in {report.seconds:.2f} s "
+        f"({report.variables} variables, {report.constraints} constraints), objective {report.objective:.6g} N^2 m^2"
+    )
+
+
+def _show(update: Update, iteration: Iteration) -> None:
+    update(
+        f"iteration {iteration.number}, objective {iteration.objective:.5g}, "
+        f"worst row '{iteration.worst_row}' violated by {iteration.violation:.2g}"
+    )
