@@ -62,18 +62,21 @@ def stance_loops(
         outputs: number of outputs of each stance.
         order: order of the reference curves; the parameters are packed as in ``Feedforward.packed``.
     """
-    expressions = {
-        f"loop_{switch.source.name}": _functions(robot, law, switch, count, order)
-        for switch, count in zip(switches, outputs, strict=True)
-    }
-    native = compile_all(expressions)
-    return tuple(StanceLoop(**{f.name(): native[name][f.name()] for f in fs}) for name, fs in expressions.items())
+    sources, derivatives = {}, {}
+    for switch, count in zip(switches, outputs, strict=True):
+        name = switch.source.name
+        flow, events = _functions(robot, law, switch, count, order)
+        sources |= {f"loop_{name}": flow, f"switch_{name}": events}
+        derivatives[f"switch_{name}"] = ("jac",)
+    native = compile_all(sources, derivatives)
+    names = [switch.source.name for switch in switches]
+    return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
 
 
 def _functions(
     robot: Robot, law: AllocationLaw, switch: Switch, outputs: int, order: int
-) -> list[ca.Function]:
-    """Write all functions of one stance as expressions."""
+) -> tuple[list[ca.Function], list[ca.Function]]:
+    """Write the functions of one stance as expressions: those of the flow, and those of the event that ends it."""
     feet = switch.source.feet
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
@@ -88,7 +91,7 @@ def _functions(
     margin = ca.fmin(q[2] - LOWEST_BASE, kinematics.base_rotation(q)[2, 2] - STEEPEST)
     guard, after = _guard(robot, switch, q, loop), _reset(robot, switch, q, v)
     symbols = [t, x, p]
-    return [
+    flow = [
         ca.Function("field", symbols, [ca.vertcat(v, loop.acceleration)], ARGUMENTS, ["rate"]),
         ca.Function(
             "variation",
@@ -99,9 +102,12 @@ def _functions(
         ),
         ca.Function("signals", symbols, list(signals.values()), ARGUMENTS, list(signals)),
         ca.Function("alive", symbols, [margin], ARGUMENTS, ["margin"]),
+    ]
+    events = [
         ca.Function("guard", symbols, [guard], ARGUMENTS, ["guard"]),
         ca.Function("reset", symbols, [after], ARGUMENTS, ["state"]),
     ]
+    return flow, events
 
 
 def _signals(

@@ -43,7 +43,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
     parameters = {stance.name: loop_parameters(gait, stance.name) for stance in pattern.solved}
     domains, transitions = [], []
     for loop, switch in zip(loops, pattern.switches, strict=True):
-        name, last = switch.source.name, switch is pattern.switches[-1]
+        name, last = switch.source.name, switch == pattern.switches[-1]
         mirrors = half and pattern.mirrored and last
         target = pattern.stances[0].name if half and last else switch.target.name
         domains.append(Domain(name, loop.field, parameters[name], loop.signals, loop.jacobian, alive=loop.alive))

@@ -23,7 +23,7 @@ import numpy as np
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.simulation.flow import Flow, Watched, prepare_functions, watched_functions
-from amble.simulation.walk import apply_reset
+from amble.simulation.walk import apply_reset, barred
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import LONGEST, TOLERANCE
 from amble.types import Matrix, Vector, frozen
@@ -67,13 +67,16 @@ class Variational:
         factors, durations = [], []
         total = np.eye(size)
         for domain, transition, flow in self.steps:
+            barrier = barred(domain, entry)
+            if barrier:
+                raise FallError(f"the motion {barrier} at the entry of domain '{domain.name}'")
             start = np.concatenate([entry, np.eye(size).reshape(-1)])
             passed = flow(start, tolerance, longest, 2)
             if passed.fired is None:
                 raise FallError(f"the motion {passed.ended} in domain '{domain.name}' after {passed.clock[-1]:.6g} s")
             clock, before = float(passed.clock[-1]), passed.state[-1, :size]
             transported = passed.state[-1, size:].reshape(size, size, order="F")
-            factor = _factor(domain, transition, clock, before, transported)
+            factor = event_factor(domain, transition, clock, before) @ transported
             entry = apply_reset(domain, transition, clock, before)
             total = factor @ total
             factors.append(frozen(factor))
@@ -133,8 +136,8 @@ def _symbols(domain: Domain) -> list[ca.MX]:
     return [ca.MX.sym("t"), ca.MX.sym("z", size * (size + 1)), ca.MX.sym("p", domain.parameters.size)]
 
 
-def _factor(domain: Domain, leaving: Transition, clock: float, state: Vector, transported: Matrix) -> Matrix:
-    """Equation (1)."""
+def event_factor(domain: Domain, leaving: Transition, clock: float, state: Vector) -> Matrix:
+    """Return what stands left of Phi in equation (1), for the state just before the event, (n_x, n_x)."""
     where = (clock, state, domain.parameters)
     guard_x, guard_t = slopes(leaving.guard, f"the guard of '{leaving.name}'", *where)
     reset_x, reset_t = slopes(leaving.reset, f"the reset of '{leaving.name}'", *where)
@@ -142,4 +145,4 @@ def _factor(domain: Domain, leaving: Transition, clock: float, state: Vector, tr
     crossing = float((guard_x @ rate + guard_t).item())
     if abs(crossing) < GRAZING * (np.linalg.norm(guard_x) * np.linalg.norm(rate) + abs(guard_t.item())):
         raise WorkError(f"the orbit only grazes the guard of '{leaving.name}', so its Poincare map has no derivative")
-    return reset_x @ transported - np.outer(reset_x @ rate + reset_t, guard_x @ transported) / crossing
+    return reset_x - np.outer(reset_x @ rate + reset_t, guard_x) / crossing

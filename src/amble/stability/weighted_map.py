@@ -1,0 +1,184 @@
+"""The Poincare Jacobian as a function of the output weights, with its exact gradient."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.stability.orbit import PANELS, STAGES, DomainOrbit, GaussRule, Orbit
+from amble.types import Matrix, NodeValues, Vector
+
+RULE = GaussRule.of(STAGES)
+
+
+@dataclass(frozen=True)
+class Weighting:
+    """Which weights are free, and where the analysis starts.
+
+    Attributes:
+        start: domain -> H_0, (n_y, n_a).
+        free: domain -> mask of the free entries of H, (n_y, n_a).
+        packed: domain -> parameters of the compiled loop up to the weights, which follow them column by column.
+    """
+
+    start: Mapping[str, Matrix]
+    free: Mapping[str, NDArray[np.bool_]]
+    packed: Mapping[str, Vector]
+
+    @property
+    def size(self) -> int:
+        """Number of free weights."""
+        return int(sum(mask.sum() for mask in self.free.values()))
+
+    def weights(self, theta: Vector) -> dict[str, Matrix]:
+        """Return H of every domain for the deviations theta from H_0, (size,)."""
+        result, offset = {}, 0
+        for name, mask in self.free.items():
+            count = int(mask.sum())
+            matrix = np.array(self.start[name])
+            matrix[mask] += theta[offset : offset + count]
+            result[name] = matrix
+            offset += count
+        return result
+
+    def gather(self, slopes: Mapping[str, Matrix]) -> Vector:
+        """Collect the free entries of matrices shaped like H, in the order of theta."""
+        return np.concatenate([slopes[name][mask] for name, mask in self.free.items()])
+
+
+@dataclass(frozen=True)
+class Transport:
+    """Fundamental solutions of one domain for given weights.
+
+    Attributes:
+        whole: Phi(T, 0), (n_x, n_x).
+        until: Phi(t_k, 0) at all Gauss nodes, (k, n_x, n_x).
+        response: K at the nodes, (k, n_q, n_y).
+        error: E at the nodes, (k, n_a, n_x).
+        measure: quadrature weights over time, (k,), s.
+    """
+
+    whole: Matrix
+    until: NodeValues
+    response: NodeValues
+    error: NodeValues
+    measure: Vector
+
+
+@dataclass(frozen=True)
+class WeightedMap:
+    """The Poincare Jacobian on the orbit's basis for one choice of weights, and what its gradient needs.
+
+    Attributes:
+        matrix: (m, m); its eigenvalues are the multipliers, less those of horizontal position.
+        orbit: the orbit.
+        weighting: the free weights.
+        transports: one a domain.
+    """
+
+    matrix: Matrix
+    orbit: Orbit
+    weighting: Weighting
+    transports: tuple[Transport, ...]
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius."""
+        return float(np.abs(np.linalg.eigvals(self.matrix)).max())
+
+    def slopes(self) -> NDArray[np.float64]:
+        """Return d matrix / d theta, (size, m, m).
+
+        On the orbit d field / d x changes by -K dH E, a matrix of rank one for one weight, so
+        dPhi(T, 0) = - int Phi(T, t) [0; K] dH E Phi(t, 0) dt.
+        """
+        parts = []
+        for (left, right), transport in zip(self._sides(), self.transports, strict=True):
+            before, after = _sandwich(left, right, transport)
+            parts.append(-np.einsum("k,kmr,kcn->rcmn", transport.measure, after, before, optimize=True))
+        masks = self.weighting.free.values()
+        return np.concatenate([part[mask] for part, mask in zip(parts, masks, strict=True)])
+
+    def gradient(self, outer: Matrix) -> Vector:
+        """Return the gradient with respect to theta of a function whose slope with respect to ``matrix`` is outer."""
+        collected = {}
+        for domain, (left, right), transport in zip(self.orbit.domains, self._sides(), self.transports, strict=True):
+            before, after = _sandwich(left, right, transport)
+            collected[domain.name] = -np.einsum(
+                "k,kmr,mn,kcn->rc", transport.measure, after, outer, before, optimize=True
+            )
+        return self.weighting.gather(collected)
+
+    def _sides(self) -> list[tuple[Matrix, Matrix]]:
+        """What stands left and right of Phi_d in the product basis^T E_D Phi_D ... E_1 Phi_1 basis."""
+        factors = [d.event @ t.whole for d, t in zip(self.orbit.domains, self.transports, strict=True)]
+        basis, sides = self.orbit.basis, []
+        for index, domain in enumerate(self.orbit.domains):
+            left, right = basis.T, basis
+            for later in reversed(factors[index + 1 :]):
+                left = left @ later
+            for earlier in factors[:index]:
+                right = earlier @ right
+            sides.append((left @ domain.event, right))
+        return sides
+
+
+def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedMap:
+    """Evaluate the Poincare Jacobian for given weights."""
+    weights = weighting.weights(theta)
+    transports = tuple(
+        _transport(domain, np.append(weighting.packed[domain.name], weights[domain.name].ravel(order="F")))
+        for domain in orbit.domains
+    )
+    total = orbit.basis
+    for domain, transport in zip(orbit.domains, transports, strict=True):
+        total = domain.event @ (transport.whole @ total)
+    return WeightedMap(orbit.basis.T @ total, orbit, weighting, transports)
+
+
+def _transport(domain: DomainOrbit, parameters: Vector) -> Transport:
+    """Solve Phi' = F(t) Phi by Gauss collocation, all panels at once."""
+    size, count = domain.states.shape[-1], PANELS * STAGES
+    step = domain.duration / PANELS
+    jacobian, response, error = domain.variation.map(count)(
+        domain.clock.reshape(1, -1), domain.states.reshape(count, size).T, ca.repmat(ca.DM(parameters), 1, count)
+    )
+    fields = _stacked(jacobian, size, size, count).reshape(PANELS, STAGES, size, size)
+    # (1 - h A (x) F) Z = 1 (x) I in every panel
+    coupling = step * np.einsum("ij,pjab->piajb", RULE.integration, fields).reshape(PANELS, STAGES * size, -1)
+    right = np.tile(np.eye(size), (STAGES, 1))
+    inner = np.linalg.solve(np.eye(STAGES * size) - coupling, np.broadcast_to(right, (PANELS, *right.shape)))
+    inner = inner.reshape(PANELS, STAGES, size, size)
+    across = np.eye(size) + step * np.einsum("s,psab,psbc->pac", RULE.weights, fields, inner, optimize=True)
+    whole, until = np.eye(size), np.empty_like(inner)
+    for panel in range(PANELS):
+        until[panel] = inner[panel] @ whole
+        whole = across[panel] @ whole
+    outputs, coordinates = response.shape[1] // count, error.shape[0]
+    return Transport(
+        whole,
+        until.reshape(count, size, size),
+        _stacked(response, response.shape[0], outputs, count),
+        _stacked(error, coordinates, size, count),
+        np.tile(step * RULE.weights, PANELS),
+    )
+
+
+def _stacked(blocks: ca.DM, rows: int, columns: int, count: int) -> NDArray[np.float64]:
+    """Split matrices that stand side by side: (count, rows, columns)."""
+    return np.asarray(blocks).reshape(rows, count, columns).transpose(1, 0, 2)
+
+
+def _sandwich(left: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
+    """Return E Phi(t_k, 0) right, (k, n_a, m), and left Phi(T, t_k) [0; K], (k, m, n_y)."""
+    before = transport.error @ (transport.until @ right)
+    half = transport.response.shape[1]
+    # Phi(T, t_k) = Phi(T, 0) Phi(t_k, 0)^-1, applied from the left to the few rows of ``left``
+    onward = np.linalg.solve(
+        transport.until.transpose(0, 2, 1), np.broadcast_to((left @ transport.whole).T, (len(before), *left.T.shape))
+    ).transpose(0, 2, 1)
+    return before, onward[:, :, half:] @ transport.response
