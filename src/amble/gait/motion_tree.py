@@ -7,24 +7,12 @@ from amble.control.outputs import controllable
 from amble.gait.limits import Limits
 from amble.gait.record import DomainTrajectory, Feedback, SolverReport
 from amble.gait.tree import Reader, quantity, table
+from amble.gait.units import unit_of, units
 from amble.hybrid import GaitPattern
 from amble.robot import Robot
 from amble.types import Json
 
-LENGTHS = ("x", "y", "z")
-"""Coordinates in m; all others are in rad."""
-
 LANDING_AXES = ("x", "y", "z")
-
-
-def unit_of(coordinate: str, per_second: str = "") -> str:
-    """Return the unit of a coordinate, or of its derivative."""
-    return ("m" if coordinate in LENGTHS else "rad") + per_second
-
-
-def units(coordinates: tuple[str, ...], per_second: str = "") -> list[str]:
-    """Return the unit of every coordinate, or of its derivative."""
-    return [unit_of(name, per_second) for name in coordinates]
 
 
 def limits_tree(limits: Limits) -> Json:

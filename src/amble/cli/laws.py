@@ -1,0 +1,47 @@
+"""Allocation laws on the command line: ``NAME`` or ``NAME:key=value,key=value``; a value is JSON or plain text."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from amble.errors import InputError
+
+if TYPE_CHECKING:
+    from amble.control.allocation import AllocationLaw
+    from amble.hybrid import GaitPattern
+
+HELP = "Allocation law: pinv, drop, ... or with parameters, such as power:actuator=datasheet."
+
+
+def parse_law(text: str, pattern: GaitPattern) -> AllocationLaw:
+    """Return the law that a word on the command line means, for a gait pattern."""
+    from amble.control.laws import law_for
+
+    name, _, rest = text.partition(":")
+    parameters: dict[str, Any] = {}
+    for part in filter(None, _split(rest)):
+        key, mark, value = part.partition("=")
+        if not mark:
+            raise InputError(f"law '{text}': '{part}' is not key=value")
+        parameters[key.strip()] = _value(value.strip())
+    return law_for(pattern, name, parameters)
+
+
+def _split(text: str) -> list[str]:
+    """Split at commas that are not inside brackets."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character in "[{") - (character in "]}")
+        if character == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return parts
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return text

@@ -1,0 +1,68 @@
+"""``amble simulate``: the closed loop of a gait, cycle after cycle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from amble.cli import laws
+from amble.cli.console import wrote
+from amble.cli.progress import progress
+from amble.errors import FallError
+
+if TYPE_CHECKING:
+    from amble.control.allocation import AllocationLaw
+    from amble.gait import Gait
+    from amble.simulation import Trace
+
+
+def simulate(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to walk.")] = 20,
+    tolerance: Annotated[float, typer.Option(help="Relative and absolute tolerance of the integrator.")] = 1e-8,
+    law: Annotated[str | None, typer.Option(help=laws.HELP, show_default="the gait's own")] = None,
+    perturb: Annotated[float, typer.Option(min=0.0, help="Largest random change of every start state.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Seed of the change.")] = 0,
+    out: Annotated[Path, typer.Option(help="Where to write the trace (netCDF).")] = Path("trace.nc"),
+) -> None:
+    """Simulate the closed loop of a gait; exits 1 where it falls, with the trace up to there."""
+    from amble.gait.files import load_gait
+    from amble.gait.units import trace_units
+    from amble.report import contact_rows, contact_summary
+    from amble.report.assembly import monitors
+    from amble.simulation import save_trace
+
+    walker = load_gait(gait)
+    chosen = None if law is None else laws.parse_law(law, walker.pattern)
+    trace = walk(walker, cycles, tolerance, chosen, perturb, seed)
+    wrote(save_trace(trace, out, trace_units(walker)))
+    report = monitors(walker, trace)
+    typer.echo(contact_summary(report).text())
+    if report.violations:
+        typer.echo(contact_rows(report, only_violations=True).text())
+    if not trace.completed:
+        raise FallError(trace.ended)
+
+
+def walk(
+    gait: Gait,
+    cycles: int,
+    tolerance: float,
+    law: AllocationLaw | None = None,
+    perturb: float = 0.0,
+    seed: int = 0,
+) -> Trace:
+    """Walk a gait with progress, and say how it went."""
+    from amble.gait.closed_loop import closed_loop, start_state
+    from amble.simulation import simulate as run
+    from amble.simulation.perturbation import perturbed
+
+    start = perturbed(start_state(gait), perturb, seed)
+    with progress("simulating") as update:
+        trace = run(
+            closed_loop(gait, law), start, cycles, tolerance, progress=lambda done, of: update(f"cycle {done} of {of}")
+        )
+    typer.echo(f"{trace.cycles} cycles, {trace.time[-1]:.3f} s of walking, simulated in {trace.seconds:.2f} s")
+    return trace
