@@ -3,7 +3,7 @@
 Shorthand of this file: P the Poincare map, x the state, g = exp(sum_i s_i xi_i) the group element that brings x closest
 to P(x), Xi the generators as columns, r = P(x) - g x. A Newton step solves
 
-    (DP - Dg) dx - Xi(g x) ds = -r,      Xi(x)^T dx = 0,                                                        (1)
+    (DP - Dg) dx - dg/ds ds = -r,      Xi(x)^T dx = 0,                                                          (1)
 
 whose second row pins the state along the symmetries: every point of the group orbit is a solution.
 """
@@ -129,9 +129,11 @@ def _evaluate(
 
 def _newton_step(system: HybridSystem, current: _Iterate) -> Vector:
     """Equation (1)."""
-    along, moved = generators(system, current.state), generators(system, current.shift.image)
+    along = generators(system, current.state)
     pins = along.shape[1]
-    matrix = np.block([[current.map.matrix - current.shift.matrix, -moved], [along.T, np.zeros((pins, pins))]])
+    matrix = np.block(
+        [[current.map.matrix - current.shift.matrix, -current.shift.slopes], [along.T, np.zeros((pins, pins))]]
+    )
     right = np.concatenate([-current.residual, np.zeros(pins)])
     step = np.linalg.lstsq(matrix, right, rcond=None)[0]
     return np.asarray(step[: current.state.size])

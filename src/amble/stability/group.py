@@ -20,6 +20,7 @@ from amble.stability.monodromy import augmented
 from amble.types import Matrix, Vector, frozen
 
 TOLERANCE = 1e-13
+CONVERGED = 1e-12
 ITERATIONS = 50
 
 
@@ -31,11 +32,13 @@ class Shift:
         amounts: s_i, one a symmetry.
         image: g x, (n_x,).
         matrix: d(g x)/dx, (n_x, n_x).
+        slopes: d(g x)/ds, (n_x, n_symmetries).
     """
 
     amounts: Vector
     image: Vector
     matrix: Matrix
+    slopes: Matrix
 
 
 def generators(system: HybridSystem, state: Vector) -> Matrix:
@@ -55,21 +58,22 @@ def generators(system: HybridSystem, state: Vector) -> Matrix:
 
 
 def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
-    """Move a state by exp(sum_i s_i xi_i), the flow of the generators for a unit of time."""
-    if not np.any(amounts):
-        return Shift(frozen(amounts), frozen(state), frozen(np.eye(system.state_size)))
-    size = system.state_size
-    clock, symbol, parameters = ca.MX.sym("t"), ca.MX.sym("x", size), ca.MX.sym("p", len(system.symmetries))
-    weighted = [parameters[i] * symmetry.generator(symbol) for i, symmetry in enumerate(system.symmetries)]
-    rate = ca.densify(sum(weighted, start=ca.MX.zeros(size)))
-    field = ca.Function("symmetry", [clock, symbol, parameters], [rate], FIELD_ARGUMENTS, ["rate"])
-    group = Domain("symmetry", field, frozen(amounts))
-    flow = prepare_functions(augmented(group), group.parameters, [], mortal=False)
-    passed = flow(np.concatenate([state, np.eye(size).reshape(-1)]), TOLERANCE, 1.0, 2)
+    """Move a state by exp(sum_i s_i xi_i), the flow of the generators for a unit of time, with s carried as a state."""
+    size, count = system.state_size, len(system.symmetries)
+    if not count:
+        return Shift(frozen([]), frozen(state), frozen(np.eye(size)), frozen(np.zeros((size, 0))))
+    clock, both, parameters = ca.MX.sym("t"), ca.MX.sym("z", size + count), ca.MX.sym("p", 0)
+    weighted = [both[size + i] * symmetry.generator(both[:size]) for i, symmetry in enumerate(system.symmetries)]
+    rate = ca.vertcat(ca.densify(sum(weighted, start=ca.MX.zeros(size))), ca.DM.zeros(count))
+    field = ca.Function("symmetry", [clock, both, parameters], [rate], FIELD_ARGUMENTS, ["rate"])
+    flow = prepare_functions(augmented(Domain("symmetry", field)), frozen([]), [], mortal=False)
+    start = np.concatenate([state, amounts, np.eye(size + count).reshape(-1)])
+    passed = flow(start, TOLERANCE, 1.0, 2)
     if passed.ended != TOO_LONG:
         raise WorkError(f"the motion along the symmetries {passed.ended}")
-    end = passed.state[-1]
-    return Shift(frozen(amounts), frozen(end[:size]), frozen(end[size:].reshape(size, size, order="F")))
+    image, carried = np.split(passed.state[-1], [size + count])
+    slopes = carried.reshape(size + count, size + count, order="F")[:size]
+    return Shift(frozen(amounts), frozen(image[:size]), frozen(slopes[:, :size]), frozen(slopes[:, size:]))
 
 
 def closest_shift(system: HybridSystem, state: Vector, target: Vector) -> Shift:
@@ -79,11 +83,11 @@ def closest_shift(system: HybridSystem, state: Vector, target: Vector) -> Shift:
         WorkError: where the amounts do not converge.
     """
     shift = act(system, np.zeros(len(system.symmetries)), state)
-    for _ in range(ITERATIONS if system.symmetries else 0):
-        change = np.linalg.lstsq(generators(system, shift.image), target - shift.image, rcond=None)[0]
-        if np.abs(change).max() <= TOLERANCE * (1.0 + np.abs(shift.amounts).max()):
+    if not system.symmetries:
+        return shift
+    for _ in range(ITERATIONS):
+        change = np.linalg.lstsq(shift.slopes, target - shift.image, rcond=None)[0]
+        if np.abs(change).max() <= CONVERGED * (1.0 + np.abs(shift.amounts).max()):
             return shift
         shift = act(system, shift.amounts + change, state)
-    if system.symmetries:
-        raise WorkError(f"no group element of the symmetries was found in {ITERATIONS} iterations")
-    return shift
+    raise WorkError(f"no group element of the symmetries was found in {ITERATIONS} iterations")

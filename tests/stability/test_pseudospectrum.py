@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amble.stability.pseudospectrum import pseudospectral_radius, radius
+
+
+@pytest.mark.parametrize("size", [1e-10, 1e-6, 1e-2, 1.0])
+def test_an_eigenvalue_of_a_normal_matrix_moves_by_the_perturbation(size: float) -> None:
+    c, s = np.cos(0.7), np.sin(0.7)
+    matrix = 0.8 * np.array([[c, -s, 0], [s, c, 0], [0, 0, 0.3]])
+    assert pseudospectral_radius(matrix, size) == pytest.approx(0.8 + size, rel=1e-12, abs=3e-3 * size)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_an_eigenvalue_of_a_jordan_block_moves_by_a_root_of_the_perturbation(n: int) -> None:
+    size = 1e-9
+    measured = pseudospectral_radius(np.eye(n, k=1), size)
+    assert measured == pytest.approx(size ** (1 / n), rel=1e-2)  # the leading term for small perturbations
+
+
+def test_no_perturbation_exceeds_it() -> None:
+    rng = np.random.default_rng(3)
+    matrix = rng.normal(size=(6, 6)) / 3
+    bound = pseudospectral_radius(matrix, 1e-2)
+    assert bound > radius(matrix)
+    reached = 0.0
+    for _ in range(2000):
+        perturbation = rng.normal(size=(6, 1)) @ rng.normal(size=(1, 6))
+        reached = max(reached, radius(matrix + 1e-2 * perturbation / np.linalg.norm(perturbation, 2)))
+    assert radius(matrix) < reached <= bound
+
+
+def test_without_a_perturbation_nothing_moves() -> None:
+    assert pseudospectral_radius(np.diag([0.5, -0.7]), 0.0) == pytest.approx(0.7)
