@@ -1,0 +1,45 @@
+"""The certificate of a gait: its closed loop's own orbit, stable and sound in every contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from amble.errors import Row
+from amble.gait import Gait
+from amble.gait.closed_loop import closed_loop, start_state
+from amble.hybrid import HybridSystem
+from amble.metrics import ContactBounds, contact_report
+from amble.simulation import simulate
+from amble.stability import Certificate, FixedPoint, certify, fixed_point
+from amble.types import Vector
+
+TOLERANCE = 1e-10
+"""Of the integrator, for the cycle on which contacts are looked at."""
+
+
+def certify_gait(gait: Gait) -> Certificate:
+    """Certify the full cycle of a gait's closed loop; everything is computed again from the gait.
+
+    Raises:
+        CertificateError: the radius with its error bar is not below 1, or a contact is violated on the orbit.
+        FallError: the motion does not come back.
+        NotSolvedError: the closed loop has no fixed point near the gait.
+    """
+    system = closed_loop(gait)
+    state = own_orbit(gait, system).state
+    return certify(system, state, contact_conditions(gait, system, state))
+
+
+def own_orbit(gait: Gait, system: HybridSystem) -> FixedPoint:
+    """Return the closed loop's own fixed point at the entry of the first domain, near the gait's start."""
+    return fixed_point(system, start_state(gait))
+
+
+def contact_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[Row, ...]:
+    """Return what must hold in every contact of the cycle from a state: normal forces, friction, heights, drift, rank.
+
+    Limits of joints are not conditions of the model's validity; the report shows them.
+    """
+    bounds = replace(ContactBounds.of_limits(gait.limits), torques={}, speeds={})
+    trace = simulate(system, state, 1, TOLERANCE)
+    return tuple(worst.row for worst in contact_report(trace, gait.pattern, bounds).rows)
