@@ -68,7 +68,12 @@ class Domain:
 
     @property
     def state_size(self) -> int:
-        """Number of states."""
+        """Number of states.
+
+        Raises:
+            InputError: the field does not take (t, x, p).
+        """
+        _expect_arguments(f"field of domain '{self.name}'", self.field)
         return int(self.field.numel_in(1))
 
 
@@ -245,13 +250,17 @@ def _validate_domain(system: HybridSystem, domain: Domain) -> None:
 
 
 def _expect_shape(what: str, function: ca.Function, size_in: int, size_out: int) -> None:
-    if function.n_in() != 3:
-        raise InputError(f"the {what} takes {function.n_in()} arguments, not (t, x, p)")
+    _expect_arguments(what, function)
     if function.numel_in(1) != size_in or function.numel_out(0) != size_out:
         raise InputError(
             f"the {what} maps {function.numel_in(1)} states to {function.numel_out(0)} values, "
             f"not {size_in} to {size_out}"
         )
+
+
+def _expect_arguments(what: str, function: ca.Function) -> None:
+    if function.n_in() != len(FIELD_ARGUMENTS):
+        raise InputError(f"the {what} takes {function.n_in()} arguments, not (t, x, p)")
 
 
 def _reachable(system: HybridSystem, start: str) -> set[str]:
