@@ -2,7 +2,8 @@
 
 Nothing is shared with the variational equations but the motion itself, so that their agreement means something. The
 stencil is the central one of order 4: (8 (P(+h) - P(-h)) - (P(+2h) - P(-2h))) / 12 h. The error falls with h^4 until
-the noise of the integrator, about its tolerance / h, takes over; the sweep finds the place between.
+the noise of the integrator, about its tolerance / h, takes over; the sweep goes from large steps to small ones and ends
+where the noise takes over or nothing is left to gain.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from amble.types import Matrix, Vector, frozen
 
 STEPS = (1e-3, 1e-4, 1e-5, 1e-6)
 TOLERANCE = 1e-13
+GOOD_ENOUGH = 1e-9
+"""Relative distance of two neighbours in the sweep below which no smaller step is tried."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +33,8 @@ class Differences:
         matrix: the best of the sweep, (n_x, n_x).
         step: its step.
         disagreement: |best - its neighbour in the sweep| (2-norm): an estimate of the error of ``matrix``.
-        sweep: (step, 2-norm distance to the matrix of the next step) for all steps but the last; infinite where the
-            motion from a perturbed state did not come back.
+        sweep: (step, 2-norm distance to the matrix of the next step) for all steps taken but the last; infinite where
+            the motion from a perturbed state did not come back.
     """
 
     matrix: Matrix
@@ -52,7 +55,8 @@ def difference_check(
     Args:
         system: the system. A guard that is zero at the entry of the first domain needs ``Transition.earliest``.
         state: where, (n_x,).
-        steps: the sweep, at least two different steps; the same for every state.
+        steps: the sweep, at least two different steps; the same for every state. The smallest are not taken where
+            larger ones agree well or the distances begin to grow.
         tolerance: of the integrator.
         longest: the longest that one domain may last, s.
 
@@ -64,6 +68,7 @@ def difference_check(
     if len(ordered) < 2 or ordered[-1] <= 0:
         raise InputError("the sweep of the differences takes at least two different positive steps")
     matrices: list[Matrix | None] = []
+    distances: list[float] = []
     reason = ""
     for step in ordered:
         try:
@@ -71,13 +76,23 @@ def difference_check(
         except FallError as error:
             matrices.append(None)
             reason = str(error)
-    distances = [_distance(first, second) for first, second in itertools.pairwise(matrices)]
+        distances.extend(_distance(*pair) for pair in itertools.pairwise(matrices[-2:]))
+        if _settled(matrices[-1], distances):
+            break
     best = int(np.argmin(distances))
     matrix = matrices[best + 1]
     if matrix is None or not np.isfinite(distances[best]):
         raise FallError(f"no two steps of the difference sweep come back: {reason}")
-    sweep = tuple(zip(ordered[:-1], distances, strict=True))
+    sweep = tuple(zip(ordered, distances, strict=False))
     return Differences(frozen(matrix), ordered[best + 1], distances[best], sweep)
+
+
+def _settled(newest: Matrix | None, distances: Sequence[float]) -> bool:
+    """Whether the sweep has come to its end: agreement, or distances that grow."""
+    if newest is None or not distances:
+        return False
+    grows = len(distances) > 1 and distances[-2] < distances[-1] < np.inf
+    return grows or distances[-1] <= GOOD_ENOUGH * float(np.linalg.norm(newest, 2))
 
 
 def _central(system: HybridSystem, state: Vector, step: float, tolerance: float, longest: float) -> Matrix:
