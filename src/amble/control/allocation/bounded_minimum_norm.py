@@ -9,7 +9,7 @@ from typing import Any
 
 import casadi as ca
 
-from amble.control.allocation.contact_limits import ContactLimits, margins
+from amble.control.allocation.contact_limits import ContactLimits, margins, torque_margin
 from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, no_smooth_rows, steered_joints
 from amble.control.allocation.line import Interval, above, band, common, inside_cone, lowest_peak
 from amble.maths.interior_point import QuadraticProgram, minimise
@@ -78,8 +78,14 @@ class BoundedMinimumNorm(AllocationLaw):
         return self._on_line(redundancy) if redundancy.size == 1 else self._in_space(redundancy)
 
     def diagnostics(self, redundancy: Redundancy, s: ca.SX) -> Mapping[str, ca.SX]:
-        """Return ``margin``, (3,): distance to the torque, friction and normal force limits, negative where missed."""
-        return {"margin": margins(redundancy, s, self._contact())}
+        """Return ``margin``, (3,): distance to the torque, friction and normal force limits, negative where missed.
+
+        The first is relative to the joint's limit, the others are in N (eq. 17).
+        """
+        effort = effort_limits(redundancy, range(len(redundancy.robot.joints)))
+        torques = torque_margin(redundancy.torques + redundancy.null @ s, effort)
+        forces = redundancy.forces + redundancy.squeeze @ s
+        return {"margin": ca.vertcat(torques, margins(redundancy.feet, forces, self._contact()))}
 
     def _contact(self) -> ContactLimits:
         return ContactLimits(self.friction, self.normal_force)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.allocation.law import Redundancy, effort_limits
 from amble.errors import InputError
 
 
@@ -33,33 +33,25 @@ class ContactLimits:
             raise InputError(f"the smallest normal force is {self.normal_force} N; it must be finite and not negative")
 
 
-MARGINS = ("torque", "friction", "normal force")
-"""Names of the entries of ``margins``, in order; the first is relative to the joint's limit, the others in N."""
+def margins(feet: Sequence[str], forces: ca.SX, limits: ContactLimits) -> ca.SX:
+    """Return the distance to the nearest friction and normal force limit, (2,), N; negative by how much it is missed.
 
-
-def margins(redundancy: Redundancy, s: ca.SX, limits: ContactLimits) -> ca.SX:
-    """Return the distance to the nearest limit of each kind, (3,); negative by how much one is missed.
-
-    The entries are min_j 1 - |u_j| / u_max,j, then min over the stance feet of mu f_z - |f_t| and of f_z - f_min
-    (docs/theory/allocation.md, eq. 17).
+    The entries are the minimum over the stance feet of mu f_z - |f_t| and of f_z - f_min (docs/theory/allocation.md,
+    eq. 17).
 
     Args:
-        redundancy: all torques and forces of the motion.
-        s: the choice among them, (k,).
+        feet: the stance feet; without any, nothing can be missed.
+        forces: their contact forces, world frame, (3 n_c,), N.
         limits: friction and unilateral contact.
-
-    Raises:
-        InputError: where a joint has no effort limit.
     """
-    u = redundancy.torques + redundancy.null @ s
-    forces = redundancy.forces + redundancy.squeeze @ s
-    limit = effort_limits(redundancy, range(len(redundancy.robot.joints)))
-    feet = [forces[3 * i : 3 * i + 3] for i in range(len(redundancy.feet))]
-    friction = [limits.friction * f[2] - ca.sqrt(f[0] ** 2 + f[1] ** 2) for f in feet]
-    normal = [f[2] - limits.normal_force for f in feet]
-    nothing = [ca.SX(ca.inf)]
-    return ca.vertcat(
-        1.0 - ca.norm_inf(u / limit),
-        ca.mmin(ca.vertcat(*(friction or nothing))),
-        ca.mmin(ca.vertcat(*(normal or nothing))),
-    )
+    each = [forces[3 * i : 3 * i + 3] for i in range(len(feet))]
+    if not each:
+        return ca.SX([ca.inf, ca.inf])
+    friction = [limits.friction * f[2] - ca.sqrt(f[0] ** 2 + f[1] ** 2) for f in each]
+    normal = [f[2] - limits.normal_force for f in each]
+    return ca.vertcat(ca.mmin(ca.vertcat(*friction)), ca.mmin(ca.vertcat(*normal)))
+
+
+def torque_margin(torques: ca.SX, limits: ca.DM) -> ca.SX:
+    """Return min_j 1 - |u_j| / u_max,j (docs/theory/allocation.md, eq. 17)."""
+    return 1.0 - ca.norm_inf(torques / limits)

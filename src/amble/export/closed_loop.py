@@ -1,0 +1,109 @@
+"""The closed loop that runs the exported C: rigid-body dynamics in casadi, torques from the compiled controller."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+
+import casadi as ca
+
+from amble.codegen import compile_all, compiler
+from amble.codegen.cache import content_key, intact, locked, seal, writable_folder
+from amble.codegen.compiler import Compiler
+from amble.control import AllocationLaw
+from amble.errors import WorkError
+from amble.export.controller import Exported, export_controller
+from amble.gait import Gait
+from amble.gait.closed_loop import closed_loop
+from amble.hybrid import Domain, HybridSystem, Stance, constrained_dynamics
+from amble.robot import Robot
+
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
+ARGUMENTS = ["t", "x", "p"]
+
+
+def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
+    """Close the loop of a gait through the exported controller, for simulation.
+
+    Every torque is what ``amble_step`` answers for the state, the clock of the domain, and the domain's own feet on the
+    ground: mirror, saturation and fallback included. Guards and resets are those of ``closed_loop``.
+
+    Args:
+        gait: the gait; with feedback its stabilised outputs are used.
+        law: another allocation law than the gait's.
+
+    Raises:
+        WorkError: where there is no C compiler, or it fails.
+    """
+    system = closed_loop(gait, law)
+    tool = compiler()
+    if tool is None:
+        raise WorkError("the exported controller needs a C compiler; none was found")
+    library = _library(gait, law, tool)
+    plants = {stance.name: [_plant(gait.robot, stance)] for stance in gait.pattern.stances}
+    native = compile_all({f"plant_{name}": functions for name, functions in plants.items()})
+    domains = [
+        _domain(domain, number, library, native[f"plant_{domain.name}"]["plant"])
+        for number, domain in enumerate(system.domains)
+    ]
+    return HybridSystem(domains, system.transitions, system.symmetries, system.state_names)
+
+
+def _plant(robot: Robot, stance: Stance) -> ca.Function:
+    """(x, u) -> dx/dt and the contact forces of all feet, in the world frame."""
+    x, u = ca.SX.sym("x", 2 * robot.size), ca.SX.sym("u", len(robot.joints))
+    q, v = x[: robot.size], x[robot.size :]
+    motion = constrained_dynamics(robot, stance.feet, q, v)
+    acceleration = motion.free_acceleration + motion.input_map @ u
+    each = ca.vertsplit(motion.free_force + motion.force_map @ u, 3)
+    forces = [each[stance.feet.index(foot)] if foot in stance.feet else ca.SX.zeros(3) for foot in robot.foot_names]
+    rate = ca.densify(ca.vertcat(v, acceleration))
+    return ca.Function("plant", [x, u], [rate, ca.densify(ca.vertcat(*forces))], ["x", "u"], ["rate", "force"])
+
+
+def _domain(domain: Domain, number: int, library: Path, plant: ca.Function) -> Domain:
+    """The domain with its torques from the library."""
+    controller = ca.external(f"stance_{number}", str(library))
+    t, x, p = (ca.MX.sym(name, domain.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
+    torque = controller(t, x)
+    rate, force = plant(x, torque)
+    field = ca.Function(f"exported_{domain.name}", [t, x, p], [rate], ARGUMENTS, ["rate"])
+    if domain.signals is None:
+        return replace(domain, field=field, jacobian=None)
+    recorded = dict(zip(domain.signals.name_out(), domain.signals(t, x, p), strict=True))
+    recorded.update(torque=torque, force=force)
+    signals = ca.Function("signals", [t, x, p], list(recorded.values()), ARGUMENTS, list(recorded))
+    return replace(domain, field=field, jacobian=None, signals=signals)
+
+
+def _library(gait: Gait, law: AllocationLaw | None, tool: Compiler) -> Path:
+    """Export, compile with an interface for casadi, and keep by content."""
+    folder = writable_folder()
+    with tempfile.TemporaryDirectory(dir=folder, prefix="export-") as work:
+        exported = export_controller(gait, law, Path(work))
+        source = Path(work, "casadi_interface.c")
+        source.write_text(_interface(len(gait.pattern.stances)))
+        texts = [path.read_text() for path in (source, *exported.sources, exported.folder / "amble_controller.h")]
+        key = content_key([*texts, tool.path, tool.version, *FLAGS])
+        library = folder / f"controller-{key}.so"
+        if not intact(library):
+            with locked(folder, key):
+                _build(exported, source, library, tool)
+    return library
+
+
+def _build(exported: Exported, source: Path, library: Path, tool: Compiler) -> None:
+    output = source.with_suffix(".so")
+    tool.build(source, output, (*FLAGS, *(str(path) for path in exported.sources)))
+    seal(output)
+    os.replace(output, library)
+
+
+def _interface(stances: int) -> str:
+    """C functions stance_0, stance_1, ... (clock, x) -> u that casadi can load."""
+    template = (resources.files("amble.export") / "templates" / "casadi_interface.c").read_text()
+    head, body = template.split("/* one stance */\n")
+    return head + "".join(body.replace("@NUMBER@", str(number)) for number in range(stances))

@@ -1,0 +1,114 @@
+"""Write the controller of a gait as a folder of self-contained C99."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from amble import __version__
+from amble.control import AllocationLaw
+from amble.errors import InputError
+from amble.export.code import Code, c_code
+from amble.export.law import StanceLaw, stance_law
+from amble.export.tables import LATEST, tables
+from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
+from amble.gait import Gait
+from amble.storage import atomic_write
+
+PIVOT_SHARE = 1e-3
+"""Rank counts as lost where the smallest pivot falls below this share of the smallest one along the gait."""
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A written controller.
+
+    Attributes:
+        folder: where it is.
+        sources: C files of the controller, without the program that replays the vectors.
+        files: every file that was written.
+        laws: what each solved stance evaluates.
+    """
+
+    folder: Path
+    sources: tuple[Path, ...]
+    files: tuple[Path, ...]
+    laws: tuple[StanceLaw, ...]
+
+
+def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path) -> Exported:
+    """Write the controller of a gait as C99 without heap.
+
+    The folder gets amble_controller.h and .c (state, phase clock, switching, rank monitor, saturation, fallback), one C
+    file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt.
+
+    Args:
+        gait: the gait; with feedback its stabilised outputs are used.
+        law: another allocation law than the gait's.
+        folder: where to write; it is made where it does not exist.
+
+    Raises:
+        InputError: where a stance has no feet, or the folder cannot be written.
+        WorkError: where writing fails for another reason, or the generated code has an unknown form.
+    """
+    chosen = law or gait.law
+    for stance in gait.pattern.stances:
+        if not stance.feet:
+            raise InputError(f"stance '{stance.name}' has no foot on the ground; such gaits cannot be exported yet")
+    laws = [stance_law(gait, chosen, stance) for stance in gait.pattern.solved]
+    codes = [
+        c_code(law.function, f"Law of stance {law.stance.name}, feet {', '.join(law.stance.feet)}.") for law in laws
+    ]
+    contents = {f"{code.name}.c": code.text for code in codes}
+    values = _values(gait, chosen, laws, codes)
+    for template, name in (("controller.h", "amble_controller.h"), ("controller.c", "amble_controller.c")):
+        contents[name] = _filled(template, values)
+    sources = [name for name in contents if name.endswith(".c")]
+    contents["replay.c"] = _filled("replay.c", {})
+    contents["CMakeLists.txt"] = _filled("CMakeLists.txt", {"SOURCES": " ".join(f"{code.name}.c" for code in codes)})
+    contents["test_vectors.txt"] = "".join(f"{vector.line()}\n" for vector in test_vectors(gait, laws))
+    place = Path(folder)
+    written = [atomic_write(place / name, text) for name, text in contents.items()]
+    return Exported(place, tuple(place / name for name in sources), tuple(written), tuple(laws))
+
+
+def _values(gait: Gait, law: AllocationLaw, laws: list[StanceLaw], codes: list[Code]) -> Mapping[str, str]:
+    """What the templates leave open."""
+    robot = gait.robot
+    return {
+        "TITLE": f"Walking controller: {gait.pattern.name}, {gait.speed:g} m/s.",
+        "VERSION": __version__,
+        "GAIT": gait.pattern.name,
+        "ROBOT": robot.name,
+        "LAW": law.name,
+        "JOINTS": ", ".join(robot.joint_names),
+        "FEET": ", ".join(robot.foot_names),
+        "COORDINATES": str(robot.size),
+        "JOINT_COUNT": str(len(robot.joints)),
+        "FOOT_COUNT": str(len(robot.feet)),
+        "STANCE_COUNT": str(len(gait.pattern.stances)),
+        "WORK": str(max(1, *(code.work for code in codes))),
+        "INTEGERS": str(max(1, *(code.integers for code in codes))),
+        "LATEST": f"{LATEST:g}",
+        "DAMPING": repr(DAMPING),
+        "TABLES": tables(
+            gait,
+            laws,
+            PIVOT_SHARE * smallest_pivot(gait, laws),
+            max(code.arguments for code in codes),
+            max(code.results for code in codes),
+        ),
+        "PROTOTYPES": "\n".join(
+            f"int {code.name}(const double **arg, double **res, long long *iw, double *w);" for code in codes
+        ),
+        "EVALUATIONS": ", ".join(code.name for code in codes),
+    }
+
+
+def _filled(template: str, values: Mapping[str, str]) -> str:
+    text = (resources.files("amble.export") / "templates" / template).read_text()
+    for name, value in values.items():
+        text = text.replace(f"@{name}@", value)
+    return text

@@ -1,0 +1,152 @@
+#include "amble_controller.h"
+
+#include <math.h>
+
+#define MARK 0x616d626c
+
+@TABLES@
+typedef int (*evaluation)(const double **arg, double **res, long long *iw, double *w);
+
+@PROTOTYPES@
+static const evaluation LAW[SOLVED] = {@EVALUATIONS@};
+
+static int all_finite(const double *values, int count) {
+  int i;
+  for (i = 0; i < count; i++) {
+    if (!isfinite(values[i])) return 0;
+  }
+  return 1;
+}
+
+static void permute(const int *index, const double *sign, const double *from, double *to, int count) {
+  int i;
+  for (i = 0; i < count; i++) to[i] = sign[i] * from[index[i]];
+}
+
+/* Law of a stance at its clock; the second half of a mirrored gait mirrors the state and then the result. */
+static int evaluate(amble_controller *c, double clock, const double *q, const double *qd, double *u, double *force) {
+  double x[2 * AMBLE_COORDINATES], torque[AMBLE_JOINTS], contact[3 * AMBLE_FEET];
+  const double *arg[ARGUMENTS] = {0};
+  double *res[RESULTS] = {0};
+  int i, solved = c->stance % SOLVED, mirrored = c->stance >= SOLVED, failed;
+  if (mirrored) {
+    permute(COORDINATE_INDEX, COORDINATE_SIGN, q, x, AMBLE_COORDINATES);
+    permute(COORDINATE_INDEX, COORDINATE_SIGN, qd, x + AMBLE_COORDINATES, AMBLE_COORDINATES);
+  } else {
+    for (i = 0; i < AMBLE_COORDINATES; i++) {
+      x[i] = q[i];
+      x[AMBLE_COORDINATES + i] = qd[i];
+    }
+  }
+  arg[0] = &clock;
+  arg[1] = x;
+  arg[2] = PARAMETERS[solved];
+  res[0] = mirrored ? torque : u;
+  res[1] = mirrored ? contact : force;
+  res[2] = &c->pivot;
+  res[3] = &c->margin;
+  failed = LAW[solved](arg, res, c->integers, c->work);
+  if (mirrored) {
+    permute(JOINT_INDEX, JOINT_SIGN, torque, u, AMBLE_JOINTS);
+    permute(FORCE_INDEX, FORCE_SIGN, contact, force, 3 * AMBLE_FEET);
+  }
+  return failed;
+}
+
+static int saturate(double *u) {
+  int j, cut = 0;
+  for (j = 0; j < AMBLE_JOINTS; j++) {
+    if (u[j] > TORQUE_LIMIT[j]) {
+      u[j] = TORQUE_LIMIT[j];
+      cut = 1;
+    } else if (u[j] < -TORQUE_LIMIT[j]) {
+      u[j] = -TORQUE_LIMIT[j];
+      cut = 1;
+    }
+  }
+  return cut;
+}
+
+static unsigned fallback(unsigned status, const double *qd, double *u, double *force) {
+  int i;
+  for (i = 0; i < AMBLE_JOINTS; i++) {
+    double rate = qd[AMBLE_COORDINATES - AMBLE_JOINTS + i];
+    u[i] = isfinite(rate) ? -AMBLE_DAMPING * rate : 0.0;
+  }
+  for (i = 0; i < 3 * AMBLE_FEET; i++) force[i] = 0.0;
+  saturate(u);
+  return status;
+}
+
+static unsigned pressed(const unsigned char *contact) {
+  unsigned flags = 0;
+  int i;
+  for (i = 0; i < AMBLE_FEET; i++) flags |= (unsigned)(contact[i] != 0) << i;
+  return flags;
+}
+
+/* Enter the next stance where the flags say so. */
+static void follow(amble_controller *c, double t, unsigned flags) {
+  int next = (c->stance + 1) % AMBLE_STANCES;
+  unsigned landing = DOWN[next] & ~DOWN[c->stance], lifting = DOWN[c->stance] & ~DOWN[next];
+  int arrived = landing ? (flags & landing) == landing : (flags & lifting) == 0;
+  if (arrived && t - c->entry >= EARLIEST * DURATION[c->stance % SOLVED]) {
+    c->stance = next;
+    c->entry = t;
+  }
+}
+
+/* A stance foot is off the ground, or a swing foot on it that neither just lifted nor is about to land. */
+static int wrong(const amble_controller *c, double clock, unsigned flags) {
+  unsigned here = DOWN[c->stance], before = DOWN[(c->stance + AMBLE_STANCES - 1) % AMBLE_STANCES];
+  unsigned after = DOWN[(c->stance + 1) % AMBLE_STANCES];
+  int young = clock < EARLIEST * DURATION[c->stance % SOLVED];
+  unsigned allowed = here | (young ? before : after);
+  unsigned needed = young ? here : here & after;
+  return (flags & ~allowed) != 0 || (needed & ~flags) != 0;
+}
+
+unsigned amble_enter(amble_controller *c, int stance, double t) {
+  int i;
+  c->entered = 0;
+  if (stance < 0 || stance >= AMBLE_STANCES || !isfinite(t)) return AMBLE_BAD_CLOCK;
+  c->stance = stance;
+  c->entry = t;
+  c->pivot = 0.0;
+  c->margin = 0.0;
+  for (i = 0; i < AMBLE_WORK; i++) c->work[i] = 0.0;
+  for (i = 0; i < AMBLE_INTEGERS; i++) c->integers[i] = 0;
+  c->entered = MARK;
+  return AMBLE_OK;
+}
+
+unsigned amble_step(amble_controller *c, double t, const double q[AMBLE_COORDINATES],
+                    const double qd[AMBLE_COORDINATES], const unsigned char contact[AMBLE_FEET],
+                    double u[AMBLE_JOINTS], double force[3 * AMBLE_FEET]) {
+  unsigned status = AMBLE_OK, flags = pressed(contact);
+  double clock;
+  if (c->entered != MARK || !(t >= c->entry)) {
+    return fallback(isfinite(t) ? AMBLE_BAD_CLOCK : AMBLE_NOT_FINITE, qd, u, force);
+  }
+  if (!isfinite(t) || !all_finite(q, AMBLE_COORDINATES) || !all_finite(qd, AMBLE_COORDINATES)) {
+    return fallback(AMBLE_NOT_FINITE, qd, u, force);
+  }
+  follow(c, t, flags);
+  clock = t - c->entry;
+  if (wrong(c, clock, flags)) status |= AMBLE_CONTACT_FLAGS;
+  if (clock > LATEST * DURATION[c->stance % SOLVED]) status |= AMBLE_LATE;
+  if (evaluate(c, clock, q, qd, u, force) || !(c->pivot >= SMALLEST_PIVOT)) {
+    return fallback(status | AMBLE_RANK_LOST, qd, u, force);
+  }
+  if (!all_finite(u, AMBLE_JOINTS) || !all_finite(force, 3 * AMBLE_FEET)) {
+    return fallback(status | AMBLE_NOT_FINITE, qd, u, force);
+  }
+  if (saturate(u)) status |= AMBLE_SATURATED;
+  if (c->margin < 0.0) status |= AMBLE_CONTACT_FORCE;
+  return status;
+}
+
+int amble_stands(int stance, int foot) {
+  if (stance < 0 || stance >= AMBLE_STANCES || foot < 0 || foot >= AMBLE_FEET) return 0;
+  return (int)(DOWN[stance] >> foot) & 1;
+}

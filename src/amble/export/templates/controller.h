@@ -1,0 +1,76 @@
+/* @TITLE@
+ *
+ * Written by amble @VERSION@ from gait '@GAIT@' of robot '@ROBOT@' with allocation law '@LAW@'. C99, no heap, no
+ * library but libm, no global state that changes: everything a controller remembers is in one struct.
+ *
+ * Units: s, rad, m, N m, N. q = (x, y, z, roll, pitch, yaw, joints), R = Rx(roll) Ry(pitch) Rz(yaw); qd = dq/dt.
+ * Joints: @JOINTS@.
+ * Feet: @FEET@.
+ *
+ * Use: amble_enter once, where a stance begins; then amble_step at every tick.
+ */
+#ifndef AMBLE_CONTROLLER_H
+#define AMBLE_CONTROLLER_H
+
+#define AMBLE_COORDINATES @COORDINATES@
+#define AMBLE_JOINTS @JOINT_COUNT@
+#define AMBLE_FEET @FOOT_COUNT@
+#define AMBLE_STANCES @STANCE_COUNT@
+
+/* Scratch of the generated code. */
+#define AMBLE_WORK @WORK@
+#define AMBLE_INTEGERS @INTEGERS@
+
+/* Status of a step: 0, or a sum of these. */
+enum {
+  AMBLE_OK = 0,
+  /* A torque was cut to its limit, joint by joint; the motion is no longer the planned one. */
+  AMBLE_SATURATED = 1,
+  /* A contact force leaves the friction cone or falls below the smallest normal force of the gait's limits. */
+  AMBLE_CONTACT_FORCE = 2,
+  /* The stance lasts longer than @LATEST@ times its plan; the references go on with their last acceleration. */
+  AMBLE_LATE = 4,
+  /* The flags fit neither this stance nor the next; the torques are those of the present stance. */
+  AMBLE_CONTACT_FLAGS = 8,
+  /* Fallbacks: u = -AMBLE_DAMPING qd within the limits (0 where qd is not a number), force = 0, the stance stays. */
+  AMBLE_RANK_LOST = 16,  /* the motion does not determine the torques here */
+  AMBLE_NOT_FINITE = 32, /* an argument or a result is not finite */
+  AMBLE_BAD_CLOCK = 64,  /* t lies before the entry of the stance, or the controller was not entered */
+  AMBLE_FALLBACK = 112   /* any of the three */
+};
+
+/* Joint damping of the fallback, N m s/rad. */
+#define AMBLE_DAMPING @DAMPING@
+
+typedef struct {
+  int stance;     /* 0 .. AMBLE_STANCES - 1 */
+  int entered;    /* a mark that amble_enter leaves */
+  double entry;   /* time at which the stance was entered */
+  double pivot;   /* smallest pivot of the last evaluation: its distance from lost rank */
+  double margin;  /* of the last evaluation: smallest distance to a friction or normal force limit, N */
+  double work[AMBLE_WORK];
+  long long integers[AMBLE_INTEGERS];
+} amble_controller;
+
+/* Begin in a stance at time t. Returns AMBLE_OK, or AMBLE_BAD_CLOCK where the stance or the time is not valid. */
+unsigned amble_enter(amble_controller *controller, int stance, double t);
+
+/* One tick.
+ *
+ * t         time on the clock of amble_enter, s
+ * q, qd     coordinates and their rates
+ * contact   1 for every foot on the ground, else 0
+ * u         joint torques, always written
+ * force     contact forces that go with u, world frame, all feet, zero for swing feet; always written
+ *
+ * The stance switches when the feet that land next report contact (where none lands: when the feet that lift report
+ * none), not before half its planned duration. The clock of the references restarts at the switch.
+ */
+unsigned amble_step(amble_controller *controller, double t, const double q[AMBLE_COORDINATES],
+                    const double qd[AMBLE_COORDINATES], const unsigned char contact[AMBLE_FEET],
+                    double u[AMBLE_JOINTS], double force[3 * AMBLE_FEET]);
+
+/* Whether a foot stands in a stance. */
+int amble_stands(int stance, int foot);
+
+#endif

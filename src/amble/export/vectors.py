@@ -1,0 +1,130 @@
+"""Test vectors of an exported controller: arguments, and what the same law answers in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.export.law import StanceLaw, torque_limits
+from amble.gait import Gait
+from amble.hybrid import Stance
+from amble.hybrid.system import numeric
+from amble.types import IntegerVector, Vector
+
+OK, SATURATED, CONTACT_FORCE, LATE, CONTACT_FLAGS, RANK_LOST, NOT_FINITE, BAD_CLOCK = 0, 1, 2, 4, 8, 16, 32, 64
+"""Statuses of a step, as the header lists them."""
+
+DAMPING = 1.0
+"""Joint damping of the fallback, N m s/rad."""
+
+DISTURBANCE = 0.02
+"""Size of the random disturbance of positions (rad) and, ten times that, of rates (rad/s)."""
+
+A_STANCE = 20
+SEED = 2026
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """One call of the controller right after the entry of a stance at time 0, and its answer."""
+
+    stance: int
+    clock: float
+    positions: Vector
+    velocities: Vector
+    contact: IntegerVector
+    torques: Vector
+    forces: Vector
+    status: int
+
+    def line(self) -> str:
+        """One line of the file: numbers that read back exactly, in the order of the attributes."""
+        return " ".join(
+            [str(self.stance), repr(float(self.clock))]
+            + [repr(float(value)) for value in (*self.positions, *self.velocities)]
+            + [str(int(flag)) for flag in self.contact]
+            + [repr(float(value)) for value in (*self.torques, *self.forces)]
+            + [str(self.status)]
+        )
+
+
+def test_vectors(gait: Gait, laws: Sequence[StanceLaw]) -> list[Vectors]:
+    """Calls along the gait, disturbed, in every stance, then one for every documented way to fail."""
+    generator = np.random.default_rng(SEED)
+    found: list[Vectors] = []
+    for number, stance in enumerate(gait.pattern.stances):
+        for clock, q, v in _states(gait, number % len(laws), generator):
+            mirrored = number >= len(laws)
+            positions, velocities = (gait.robot.mirror.position(a) if mirrored else a for a in (q, v))
+            found.append(_answer(gait, laws, number, stance, clock, positions, velocities))
+    return [*found, *_failures(gait, found[0])]
+
+
+# pytest would take the name for a test
+test_vectors.__test__ = False  # type: ignore[attr-defined]
+
+
+def smallest_pivot(gait: Gait, laws: Sequence[StanceLaw]) -> float:
+    """Return the smallest pivot along the optimised motion."""
+    found = []
+    for law, part in zip(laws, gait.domains, strict=True):
+        for clock, q, v in zip(part.times, part.positions, part.velocities, strict=True):
+            found.append(float(law.function(clock, np.concatenate([q, v]), law.parameters)[2]))
+    return min(found)
+
+
+def _states(gait: Gait, solved: int, generator: np.random.Generator) -> Iterator[tuple[float, Vector, Vector]]:
+    """Disturbed states of a solved domain, evenly spaced in time."""
+    part = gait.domains[solved]
+    for node in np.linspace(0, len(part.times) - 1, A_STANCE).astype(int):
+        noise = DISTURBANCE * generator.normal(size=(2, gait.robot.size))
+        yield float(part.times[node]), part.positions[node] + noise[0], part.velocities[node] + 10.0 * noise[1]
+
+
+def _answer(
+    gait: Gait, laws: Sequence[StanceLaw], number: int, stance: Stance, clock: float, q: Vector, v: Vector
+) -> Vectors:
+    """Evaluate the law of a stance as the controller does: mirror, law, mirror, saturation."""
+    robot, law = gait.robot, laws[number % len(laws)]
+    mirrored = number >= len(laws)
+    state = np.concatenate([q, v])
+    torques, forces, _, margin = (
+        numeric(part) for part in law.function(clock, robot.mirror.state(state) if mirrored else state, law.parameters)
+    )
+    if mirrored:
+        torques, forces = robot.mirror.torque(torques), robot.mirror.force(forces)
+    limit = torque_limits(gait)
+    status = (SATURATED if np.any(np.abs(torques) > limit) else OK) | (CONTACT_FORCE if margin[0] < 0.0 else OK)
+    contact = np.array([foot in stance.feet for foot in robot.foot_names], dtype=np.int64)
+    return Vectors(number, clock, q, v, contact, np.clip(torques, -limit, limit), forces, status)
+
+
+def _failures(gait: Gait, sound: Vectors) -> list[Vectors]:
+    """A position and a rate that are not numbers, no foot on the ground, time before the entry, a late stance."""
+    limit, joints = torque_limits(gait), len(gait.robot.joints)
+
+    def fallen(status: int, clock: float, q: Vector, v: Vector) -> Vectors:
+        rates = np.where(np.isfinite(v[-joints:]), v[-joints:], 0.0)
+        torques = np.clip(-DAMPING * rates, -limit, limit)
+        return Vectors(sound.stance, clock, q, v, sound.contact, torques, np.zeros_like(sound.forces), status)
+
+    lost_position, lost_rate = sound.positions.copy(), sound.velocities.copy()
+    lost_position[2], lost_rate[-1] = np.nan, np.inf
+    return [
+        fallen(NOT_FINITE, sound.clock, lost_position, sound.velocities),
+        fallen(NOT_FINITE, sound.clock, sound.positions, lost_rate),
+        fallen(BAD_CLOCK, -1.0, sound.positions, sound.velocities),
+        fallen(NOT_FINITE, np.nan, sound.positions, sound.velocities),
+        Vectors(
+            sound.stance,
+            sound.clock,
+            sound.positions,
+            sound.velocities,
+            np.zeros_like(sound.contact),
+            sound.torques,
+            sound.forces,
+            sound.status | CONTACT_FLAGS,
+        ),
+    ]
