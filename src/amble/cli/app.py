@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from amble import __version__
-from amble.cli import certify, check, compare, robots, simulate, synthesize
+from amble.cli import certify, check, compare, report, reproduce, robots, simulate, stabilize, synthesize
 from amble.cli.console import log_to_stderr, say
 from amble.errors import AmbleError
 
@@ -40,7 +40,19 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-for command in (synthesize.synthesize, check.check, simulate.simulate, compare.compare, certify.certify, robots.robots):
+COMMANDS = (
+    reproduce.reproduce,
+    synthesize.synthesize,
+    check.check,
+    stabilize.stabilize,
+    certify.certify,
+    simulate.simulate,
+    compare.compare,
+    report.report,
+    robots.robots,
+)
+
+for command in COMMANDS:
     app.command()(command)
 
 

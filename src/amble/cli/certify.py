@@ -22,10 +22,15 @@ def certify(
 ) -> None:
     """Certify that a gait is exponentially stable; exits 1, without a file, where that is refused."""
     from amble.gait.files import load_gait
+
+    wrote(write_certificate(certified(load_gait(gait)), out))
+
+
+def write_certificate(certificate: Certificate, out: Path) -> Path:
+    """Write a certificate as JSON and return the path."""
     from amble.storage import atomic_write
 
-    certificate = certified(load_gait(gait))
-    wrote(atomic_write(out, json.dumps(certificate.to_json(), indent=2, allow_nan=False) + "\n"))
+    return atomic_write(out, json.dumps(certificate.to_json(), indent=2, allow_nan=False) + "\n")
 
 
 def certified(gait: Gait) -> Certificate:

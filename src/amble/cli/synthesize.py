@@ -12,7 +12,7 @@ from amble.cli.progress import Update, progress
 
 if TYPE_CHECKING:
     from amble.gait import Gait, SolverReport
-    from amble.synthesis import GaitProblem, Iteration
+    from amble.synthesis import Iteration
 
 
 def synthesize(
@@ -23,23 +23,24 @@ def synthesize(
     ] = None,
 ) -> None:
     """Find the gait that a specification describes."""
-    from amble.gait.files import load_gait, save_gait
+    from amble.gait.files import save_gait
+
+    wrote(save_gait(synthesized(spec, start), out))
+
+
+def synthesized(spec: Path, start: Path | None = None) -> Gait:
+    """Solve the problem of a specification with progress, and say how it went."""
+    from amble.gait.files import load_gait
+    from amble.synthesis import synthesize as find
     from amble.synthesis.specification import read_specification
     from amble.synthesis.specified import problem_of
 
     specification = read_specification(spec)
+    solver = specification.solver
     problem = problem_of(specification, spec.parent)
     known = load_gait(start, problem.pattern.robot) if start is not None else None
-    gait = solve(problem, known, specification.solver.tolerance, specification.solver.iterations)
-    wrote(save_gait(gait, out))
-
-
-def solve(problem: GaitProblem, start: Gait | None, tolerance: float, iterations: int) -> Gait:
-    """Solve a gait problem with progress, and say how it went."""
-    from amble.synthesis import synthesize as find
-
     with progress("optimising the gait") as update:
-        gait = find(problem, start, tolerance, iterations, lambda iteration: _show(update, iteration))
+        gait = find(problem, known, solver.tolerance, solver.iterations, lambda iteration: _show(update, iteration))
     typer.echo(solved_line(gait.solver))
     return gait
 

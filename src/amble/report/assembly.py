@@ -53,6 +53,21 @@ def monitors(gait: Gait, trace: Trace) -> ContactReport:
     return contact_report(trace, gait.pattern, ContactBounds.of_limits(gait.limits))
 
 
+def perturbed_results(gait: Gait, trace: Trace, size: float, seed: int) -> Json:
+    """Return what is known of a simulation from a perturbed start; N, 1, m."""
+    report = monitors(gait, trace)
+    return {
+        "size": size,
+        "seed": seed,
+        "cycles": trace.cycles,
+        "ended": trace.ended,
+        "sound_from_cycle": report.sound_from,
+        "min_normal_force": report.min_normal_force,
+        "max_friction": report.max_friction,
+        "max_penetration": report.max_penetration,
+    }
+
+
 def assemble(
     gait: Gait,
     trace: Trace,

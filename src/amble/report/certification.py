@@ -6,11 +6,12 @@ from dataclasses import replace
 
 from amble.errors import Row
 from amble.gait import Gait
-from amble.gait.closed_loop import closed_loop, start_state
+from amble.gait.closed_loop import closed_loop
 from amble.hybrid import HybridSystem
 from amble.metrics import ContactBounds, contact_report
-from amble.simulation import simulate
-from amble.stability import Certificate, FixedPoint, certify, fixed_point
+from amble.simulation import Trace, simulate
+from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
+from amble.stability.own_orbit import own_fixed_point
 from amble.types import Vector
 
 TOLERANCE = 1e-10
@@ -26,13 +27,20 @@ def certify_gait(gait: Gait) -> Certificate:
         NotSolvedError: the closed loop has no fixed point near the gait.
     """
     system = closed_loop(gait)
-    state = own_orbit(gait, system).state
+    state = own_fixed_point(gait)[1].state
     return certify(system, state, contact_conditions(gait, system, state))
 
 
-def own_orbit(gait: Gait, system: HybridSystem) -> FixedPoint:
-    """Return the closed loop's own fixed point at the entry of the first domain, near the gait's start."""
-    return fixed_point(system, start_state(gait))
+def initial_spectrum(gait: Gait) -> Spectrum:
+    """Return the multipliers of the full cycle under the outputs of the gait problem, feedback left out."""
+    bare = replace(gait, feedback=None)
+    _, found = own_fixed_point(bare)
+    return multipliers(closed_loop(bare), found.state)
+
+
+def distances(gait: Gait, trace: Trace, certificate: Certificate) -> Vector:
+    """Return the distance to the certified fixed point at the entry of every simulated cycle, (cycles + 1,)."""
+    return section_distances(closed_loop(gait), trace.section, certificate.state)
 
 
 def contact_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[Row, ...]:

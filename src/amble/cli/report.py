@@ -1,0 +1,46 @@
+"""``amble report``: tables, figures and page of a folder that holds a gait and its trace."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from amble.cli.console import wrote
+
+GAIT, TRACE, RESULTS = "gait.json", "trace.nc", "results.json"
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help=f"Folder with {GAIT} and {TRACE}.", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Where to write.", show_default="the same folder")] = None,
+) -> None:
+    """Write results.json, report.md and the figures anew; what an earlier results.json says of stability is kept."""
+    from amble.gait.files import load_gait
+    from amble.report.assembly import assemble
+    from amble.report.run import main_table, write_run
+    from amble.report.stability_results import stability_from
+    from amble.simulation import load_trace
+
+    earlier = _read(folder / RESULTS)
+    gait, trace = load_gait(folder / GAIT), load_trace(folder / TRACE)
+    settings = earlier.get("settings") or {"tolerance of the simulation": f"{trace.tolerance:g}"}
+    seconds = earlier.get("seconds") or {"simulation": trace.seconds}
+    run = assemble(gait, trace, settings, seconds, stability_from(earlier))
+    for path in write_run(out or folder, run):
+        wrote(path)
+    typer.echo(main_table(run).text())
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Read an earlier results.json; nothing where there is none."""
+    from amble.errors import InputError
+    from amble.gait.tree import loads
+
+    if not path.exists():
+        return {}
+    tree = loads(path.read_text(encoding="utf-8"), f"results file '{path}'")
+    if not isinstance(tree, dict):
+        raise InputError(f"results file '{path}' is not an object")
+    return tree

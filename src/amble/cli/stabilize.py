@@ -1,0 +1,63 @@
+"""``amble stabilize``: output weights that make a gait's orbit attractive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from amble.cli.console import wrote
+from amble.cli.progress import progress
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from amble.gait import Gait
+    from amble.stability.stabilize import Method, Stabilized
+
+BASE = ("roll", "pitch", "yaw")
+DESCENT = "descent"
+
+
+def stabilize(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    free: Annotated[
+        list[str] | None, typer.Option(help="Coordinate with free weights.", show_default="roll, pitch, yaw")
+    ] = None,
+    method: Annotated[str, typer.Option(help="descent, or bilinear (the paper's matrix inequalities).")] = DESCENT,
+    target: Annotated[float, typer.Option(help="Stop at this spectral radius of a whole cycle.")] = 0.1,
+    steps: Annotated[int, typer.Option(min=1, help="The most steps.")] = 25,
+    out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
+) -> None:
+    """Weight the outputs of a gait until its orbit is exponentially stable."""
+    from amble.gait.files import load_gait, save_gait
+
+    found = stabilized(load_gait(gait), free or BASE, method, target, steps)
+    wrote(save_gait(found.gait, out))
+
+
+def stabilized(
+    gait: Gait, free: Sequence[str] = BASE, method: str = DESCENT, target: float = 0.1, steps: int = 25
+) -> Stabilized:
+    """Stabilise a gait with progress, and say how it went."""
+    from typing import cast
+
+    from amble.stability.stabilize import stabilization
+
+    with progress("stabilising") as update:
+        found = stabilization(
+            gait,
+            tuple(free),
+            cast("Method", method),
+            target,
+            steps,
+            lambda step: update(
+                f"step {step.number}, spectral radius {step.radius:.4g}, step length {step.length:.2g}"
+            ),
+        )
+    typer.echo(
+        f"spectral radius of the full cycle {found.initial:.4g} -> {found.radius:.4g} in {len(found.steps) - 1} "
+        f"steps and {found.seconds:.1f} s ({found.parameters} weights, {found.method}): {found.reason}"
+    )
+    return found
