@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from amble import __version__
-from amble.cli import certify, check, compare, report, reproduce, robots, simulate, stabilize, synthesize
+from amble.cli import certify, check, compare, export, report, reproduce, robots, simulate, stabilize, synthesize
 from amble.cli.console import log_to_stderr, say
 from amble.errors import AmbleError
 
@@ -48,6 +48,7 @@ COMMANDS = (
     certify.certify,
     simulate.simulate,
     compare.compare,
+    export.export,
     report.report,
     robots.robots,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,13 @@ if TYPE_CHECKING:
     from amble.simulation import Trace
 
 
+class Controller(StrEnum):
+    """What computes the torques of a simulation."""
+
+    MODEL = "model"
+    C = "c"
+
+
 def simulate(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to walk.")] = 20,
@@ -25,6 +33,9 @@ def simulate(
     law: Annotated[str | None, typer.Option(help=laws.HELP, show_default="the gait's own")] = None,
     perturb: Annotated[float, typer.Option(min=0.0, help="Largest random change of every start state.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the change.")] = 0,
+    controller: Annotated[
+        Controller, typer.Option(help="What computes the torques: the model, or the exported C code.")
+    ] = Controller.MODEL,
     out: Annotated[Path, typer.Option(help="Where to write the trace (netCDF).")] = Path("trace.nc"),
 ) -> None:
     """Simulate the closed loop of a gait; exits 1 where it falls, with the trace up to there."""
@@ -36,7 +47,7 @@ def simulate(
 
     walker = load_gait(gait)
     chosen = None if law is None else laws.parse_law(law, walker.pattern)
-    trace = walk(walker, cycles, tolerance, chosen, perturb, seed)
+    trace = walk(walker, cycles, tolerance, chosen, perturb, seed, controller)
     wrote(save_trace(trace, out, trace_units(walker)))
     report = monitors(walker, trace)
     typer.echo(contact_summary(report).text())
@@ -53,16 +64,17 @@ def walk(
     law: AllocationLaw | None = None,
     perturb: float = 0.0,
     seed: int = 0,
+    controller: Controller = Controller.MODEL,
 ) -> Trace:
     """Walk a gait with progress, and say how it went."""
+    from amble.export import exported_loop
     from amble.gait.closed_loop import closed_loop, start_state
     from amble.simulation import simulate as run
     from amble.simulation.perturbation import perturbed
 
     start = perturbed(start_state(gait), perturb, seed)
+    system = exported_loop(gait, law) if controller is Controller.C else closed_loop(gait, law)
     with progress("simulating") as update:
-        trace = run(
-            closed_loop(gait, law), start, cycles, tolerance, progress=lambda done, of: update(f"cycle {done} of {of}")
-        )
+        trace = run(system, start, cycles, tolerance, progress=lambda done, of: update(f"cycle {done} of {of}"))
     typer.echo(f"{trace.cycles} cycles, {trace.time[-1]:.3f} s of walking, simulated in {trace.seconds:.2f} s")
     return trace
