@@ -1,0 +1,43 @@
+"""Direct descent of the spectral radius over the output weights, with exact gradients."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amble.stability.orbit import Orbit
+from amble.stability.weighted_map import Weighting, weighted_map
+from amble.types import Matrix, Vector
+
+SHARPNESS = 24.0
+"""Power of the smooth stand-in for the largest modulus."""
+
+SIZE_PENALTY = 1e-3
+"""Weight of |theta|^2: large weights amplify disturbances; a much larger value only slows the descent."""
+
+
+def smooth_radius(matrix: Matrix, sharpness: float = SHARPNESS) -> tuple[float, Matrix]:
+    """Return log (sum_i |lambda_i|^p)^(1/p), p the sharpness, and its slope with respect to the matrix.
+
+    With A = V L V^-1 the eigenvalues change by (V^-1 dA V)_ii, so the slope is Re (V diag(a) V^-1)^T with
+    a_i = |lambda_i|^(p-2) conj(lambda_i) / sum |lambda|^p.
+    """
+    values, vectors = np.linalg.eig(matrix)
+    sizes = np.abs(values)
+    largest = sizes.max()
+    shares = (sizes / largest) ** sharpness
+    factor = np.where(sizes > 0.0, (sizes / largest) ** (sharpness - 2.0), 0.0) * values.conj() / largest**2
+    slope = np.real((vectors * (factor / shares.sum())) @ np.linalg.inv(vectors)).T
+    return float(np.log(largest) + np.log(shares.sum()) / sharpness), slope
+
+
+def descent_step(orbit: Orbit, weighting: Weighting, theta: Vector, evaluations: int) -> Vector:
+    """Improve theta by a bounded number of evaluations of L-BFGS on the smooth radius plus a penalty on |theta|^2."""
+    from scipy.optimize import minimize  # noqa: PLC0415
+
+    def objective(trial: Vector) -> tuple[float, Vector]:
+        here = weighted_map(orbit, weighting, trial)
+        value, slope = smooth_radius(here.matrix)
+        return value + SIZE_PENALTY * float(trial @ trial), here.gradient(slope) + 2.0 * SIZE_PENALTY * trial
+
+    options = {"maxfun": evaluations, "maxcor": 30}
+    return np.asarray(minimize(objective, theta, jac=True, method="L-BFGS-B", options=options).x)

@@ -1,0 +1,235 @@
+"""Exponential orbital stabilisation: choose output weights that make the orbit attractive, without moving it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from amble.control.closed_loop import StanceLoop, stance_loops
+from amble.control.outputs import controllable
+from amble.errors import UnknownNameError, WorkError
+from amble.gait import Gait
+from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
+from amble.stability.bilinear import bilinear_step
+from amble.stability.descent import descent_step
+from amble.stability.fixed_point import FixedPoint
+from amble.stability.orbit import Orbit, sample_orbit
+from amble.stability.own_orbit import own_fixed_point, with_own_orbit
+from amble.stability.weighted_map import WeightedMap, Weighting, weighted_map
+from amble.types import Vector
+
+Method = Literal["bilinear", "descent"]
+BASE = ("roll", "pitch", "yaw")
+LONGEST_STEP = 1.0
+SHORTEST_STEP = 1e-3
+DESCENT_EVALUATIONS = 30
+LARGEST_DRIFT = 1e-6
+"""The fixed point may move this much under new weights; more means that the references do not reproduce the orbit."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One accepted step, recomputed at the closed loop's own fixed point.
+
+    Attributes:
+        number: from 1; 0 is the start.
+        radius: spectral radius of a whole gait cycle.
+        length: |d| of the weights.
+        drift: how far the fixed point moved since the start, largest component.
+        seconds: wall time since the start.
+    """
+
+    number: int
+    radius: float
+    length: float
+    drift: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Stabilized:
+    """The result of a stabilisation.
+
+    Attributes:
+        gait: the gait with stabilised feedback.
+        steps: the accepted steps, the first the start.
+        reason: why it stopped.
+        parameters: number of free weights.
+        method: "bilinear" or "descent".
+    """
+
+    gait: Gait
+    steps: tuple[Step, ...]
+    reason: str
+    parameters: int
+    method: str
+
+    @property
+    def initial(self) -> float:
+        """Spectral radius of a gait cycle before."""
+        return self.steps[0].radius
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius of a gait cycle after."""
+        return self.steps[-1].radius
+
+    @property
+    def seconds(self) -> float:
+        """Wall time, s."""
+        return self.steps[-1].seconds
+
+
+Progress = Callable[[Step], None]
+
+
+class NotStabilizedError(WorkError):
+    """The orbit stays unstable; the message names the best radius and the coordinates of the mode that resists."""
+
+
+def stabilize(
+    gait: Gait,
+    free: Sequence[str] = BASE,
+    method: Method = "descent",
+    target: float = 0.1,
+    most_steps: int = 25,
+    progress: Progress | None = None,
+) -> Gait:
+    """Return the gait with output weights that make its orbit exponentially stable; see ``stabilization``."""
+    return stabilization(gait, free, method, target, most_steps, progress).gait
+
+
+def stabilization(
+    gait: Gait,
+    free: Sequence[str] = BASE,
+    method: Method = "descent",
+    target: float = 0.1,
+    most_steps: int = 25,
+    progress: Progress | None = None,
+) -> Stabilized:
+    """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d).
+
+    Args:
+        gait: the gait; feedback that it already has is replaced.
+        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free.
+        method: "bilinear" iterates over linear matrix inequalities (the paper's way), "descent" descends the spectral
+            radius itself.
+        target: stop at this spectral radius of a whole gait cycle.
+        most_steps: stop after so many steps.
+        progress: called with every accepted step.
+
+    Raises:
+        UnknownNameError: a free coordinate or the method does not exist.
+        NotStabilizedError: the radius stays at 1 or above; the message says why.
+        FallError, NotSolvedError: the closed loop has no orbit near the gait.
+    """
+    if method not in ("bilinear", "descent"):
+        raise UnknownNameError("method", method, ["bilinear", "descent"])
+    began = time.perf_counter()
+    search = _Search.of(with_own_orbit(gait), free)
+    theta, length = np.zeros(search.weighting.size), LONGEST_STEP
+    here = search.evaluate(theta)
+    steps = [search.accepted(0, theta, 0.0, began)]
+    _tell(progress, steps[-1])
+    reason = f"{most_steps} steps taken"
+    for number in range(1, most_steps + 1):
+        if steps[-1].radius <= target:
+            reason = f"the target {target:g} is reached"
+            break
+        proposed = search.propose(method, here, theta, length)
+        there = search.evaluate(proposed)
+        if there.radius >= here.radius * (1.0 - 1e-3):
+            length *= 0.5
+            if method == "descent" or length < SHORTEST_STEP:
+                reason = "no step reduces the radius any more"
+                break
+            continue
+        steps.append(search.accepted(number, proposed, float(np.linalg.norm(proposed - theta)), began))
+        _tell(progress, steps[-1])
+        theta, here, length = proposed, there, min(2.0 * length, 4.0 * LONGEST_STEP)
+    if steps[-1].radius >= 1.0:
+        raise NotStabilizedError(search.explain(here, steps[-1].radius, free, reason))
+    return Stabilized(search.gait_with(theta), tuple(steps), reason, search.weighting.size, method)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """What stays fixed during a stabilisation."""
+
+    gait: Gait
+    orbit: Orbit
+    weighting: Weighting
+    power: int
+
+    @classmethod
+    def of(cls, gait: Gait, free: Sequence[str]) -> _Search:
+        system, found = own_fixed_point(gait)
+        durations = dict(zip((d.name for d in system.domains), found.monodromy.durations, strict=True))
+        orbit = sample_orbit(system, found.state, _loops(gait), durations)
+        return cls(gait, orbit, _weighting(gait, free), 2 if gait.pattern.mirrored else 1)
+
+    def evaluate(self, theta: Vector) -> WeightedMap:
+        return weighted_map(self.orbit, self.weighting, theta)
+
+    def propose(self, method: Method, here: WeightedMap, theta: Vector, length: float) -> Vector:
+        if method == "descent":
+            return descent_step(self.orbit, self.weighting, theta, DESCENT_EVALUATIONS)
+        return theta + bilinear_step(here, length)[0]
+
+    def gait_with(self, theta: Vector) -> Gait:
+        assert self.gait.feedback is not None
+        return replace(self.gait, feedback=replace(self.gait.feedback, weights=self.weighting.weights(theta)))
+
+    def accepted(self, number: int, theta: Vector, length: float, began: float) -> Step:
+        """Find the fixed point of the closed loop with the new weights and take the radius there."""
+        _, found = own_fixed_point(self.gait_with(theta))
+        drift = float(np.abs(found.state - self.orbit.start)[2:].max())
+        if drift > LARGEST_DRIFT:
+            raise WorkError(f"new output weights moved the orbit by {drift:.2g}; the references do not reproduce it")
+        return Step(number, self._radius(found) ** self.power, length, drift, time.perf_counter() - began)
+
+    def _radius(self, found: FixedPoint) -> float:
+        basis = self.orbit.basis
+        return float(np.abs(np.linalg.eigvals(basis.T @ found.monodromy.matrix @ basis)).max())
+
+    def explain(self, here: WeightedMap, radius: float, free: Sequence[str], reason: str) -> str:
+        """Name the coordinates that move most in the mode of the largest multiplier."""
+        values, vectors = np.linalg.eig(here.matrix)
+        mode = np.abs(self.orbit.basis @ vectors[:, np.argmax(np.abs(values))])
+        names = self.gait.robot.coordinate_names
+        names = (*names, *(f"rate of {name}" for name in names))
+        leading = ", ".join(names[i] for i in np.argsort(-mode)[:4])
+        return (
+            f"the orbit stays unstable: best spectral radius of a gait cycle {radius:.4g} with free weights on "
+            f"{', '.join(free)} ({reason}); the mode that resists moves {leading} most"
+        )
+
+
+def _loops(gait: Gait) -> dict[str, StanceLoop]:
+    counts = [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved]
+    loops = stance_loops(gait.robot, gait.law, gait.pattern.switches, counts, REFERENCE_ORDER)
+    return dict(zip((stance.name for stance in gait.pattern.solved), loops, strict=True))
+
+
+def _weighting(gait: Gait, free: Sequence[str]) -> Weighting:
+    names = controllable(gait.robot)
+    for name in free:
+        if name not in names:
+            raise UnknownNameError("output coordinate", name, names)
+    assert gait.feedback is not None
+    start, packed, masks = dict(gait.feedback.weights), {}, {}
+    for name, matrix in start.items():
+        mask = np.zeros(matrix.shape, dtype=np.bool_)
+        mask[:, [names.index(coordinate) for coordinate in free]] = True
+        masks[name] = mask
+        packed[name] = loop_parameters(gait, name)[: -matrix.size]
+    return Weighting(start, masks, packed)
+
+
+def _tell(progress: Progress | None, step: Step) -> None:
+    if progress is not None:
+        progress(step)
