@@ -43,11 +43,14 @@ def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
     if tool is None:
         raise WorkError("the exported controller needs a C compiler; none was found")
     library = _library(gait, law, tool)
-    plants = {stance.name: [_plant(gait.robot, stance)] for stance in gait.pattern.stances}
-    native = compile_all({f"plant_{name}": functions for name, functions in plants.items()})
+    solved = gait.pattern.solved
+    native = compile_all({f"plant_{stance.name}": [_plant(gait.robot, stance)] for stance in solved})
+    plants = [native[f"plant_{stance.name}"]["plant"] for stance in solved]
+    if gait.pattern.mirrored:
+        plants += [_mirrored(gait.robot, plant) for plant in plants]
     domains = [
-        _domain(domain, number, library, native[f"plant_{domain.name}"]["plant"])
-        for number, domain in enumerate(system.domains)
+        _domain(domain, ca.external(f"stance_{number}", str(library)), plant)
+        for number, (domain, plant) in enumerate(zip(system.domains, plants, strict=True))
     ]
     return HybridSystem(domains, system.transitions, system.symmetries, system.state_names)
 
@@ -64,9 +67,16 @@ def _plant(robot: Robot, stance: Stance) -> ca.Function:
     return ca.Function("plant", [x, u], [rate, ca.densify(ca.vertcat(*forces))], ["x", "u"], ["rate", "force"])
 
 
-def _domain(domain: Domain, number: int, library: Path, plant: ca.Function) -> Domain:
-    """The domain with its torques from the library."""
-    controller = ca.external(f"stance_{number}", str(library))
+def _mirrored(robot: Robot, plant: ca.Function) -> ca.Function:
+    """The mirror image of a plant: mirror the arguments, evaluate the same code, mirror the results."""
+    x, u = ca.MX.sym("x", plant.numel_in(0)), ca.MX.sym("u", plant.numel_in(1))
+    rate, force = plant(robot.mirror.state(x), robot.mirror.torque(u))
+    results = [robot.mirror.state(rate), robot.mirror.force(force)]
+    return ca.Function("mirrored_plant", [x, u], results, ["x", "u"], ["rate", "force"])
+
+
+def _domain(domain: Domain, controller: ca.Function, plant: ca.Function) -> Domain:
+    """Return a domain whose torques come from the library."""
     t, x, p = (ca.MX.sym(name, domain.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
     torque = controller(t, x)
     rate, force = plant(x, torque)

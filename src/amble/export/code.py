@@ -10,10 +10,14 @@ import casadi as ca
 from amble.codegen.parts import cut_into_parts
 from amble.errors import WorkError
 
-_ENTRY = re.compile(r"CASADI_SYMBOL_EXPORT int (\w+)\(const casadi_real\*\* arg.*?\)\s*\{\s*return (casadi_f\d+)\(", re.S)
+_ENTRY = re.compile(
+    r"CASADI_SYMBOL_EXPORT int (\w+)\(const casadi_real\*\* arg.*?\)\s*\{\s*return (casadi_f\d+)\(", re.S
+)
 _VERSION = "/* Configuration this file was compiled with */"
 _VERSIONS = re.compile(
-    r"^CASADI_SYMBOL_EXPORT (?:void \w+_casadi_version\(.*\n(?:  .*\n)*\}|int \w+_casadi_(?:int|real)_size\(void\).*)\n", re.M
+    r"^CASADI_SYMBOL_EXPORT (?:void \w+_casadi_version\(.*\n(?:  .*\n)*\}"
+    r"|int \w+_casadi_(?:int|real)_size\(void\).*)\n",
+    re.M,
 )
 _FUNCTION = re.compile(r"^static .*\((?P<parameters>[^()]*)\) \{$", re.M)
 _SPARSITY = re.compile(r"^static const casadi_int (casadi_s\d+)\[\d+\] = \{[^}]*\};\n", re.M)
