@@ -68,13 +68,12 @@ def walk(
 ) -> Trace:
     """Walk a gait with progress, and say how it went."""
     from amble.export import exported_loop
-    from amble.gait.closed_loop import closed_loop, start_state
-    from amble.simulation import simulate as run
-    from amble.simulation.perturbation import perturbed
+    from amble.simulation.walking import simulate_gait
 
-    start = perturbed(start_state(gait), perturb, seed)
-    system = exported_loop(gait, law) if controller is Controller.C else closed_loop(gait, law)
+    system = exported_loop(gait, law) if controller is Controller.C else None
     with progress("simulating") as update:
-        trace = run(system, start, cycles, tolerance, progress=lambda done, of: update(f"cycle {done} of {of}"))
+        trace = simulate_gait(
+            gait, cycles, law, tolerance, perturb, seed, system, lambda done, of: update(f"cycle {done} of {of}")
+        )
     typer.echo(f"{trace.cycles} cycles, {trace.time[-1]:.3f} s of walking, simulated in {trace.seconds:.2f} s")
     return trace
