@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import casadi as ca
@@ -10,6 +11,7 @@ import pytest
 
 from amble.codegen import compiled
 from amble.codegen.compiler import compiler
+from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.simulation import flow, interpreted, native
 from amble.simulation.flow import Course, Flow, Passage
@@ -22,7 +24,7 @@ Preparation = Callable[[HybridSystem, str], Flow]
 def course(system: HybridSystem, name: str) -> Course:
     domain = system.domain(name)
     watched = flow.watched_functions(domain, system.leaving(name))
-    return Course(domain.field, domain.parameters, watched, domain.alive is not None)
+    return Course(domain.field, domain.parameters, watched, domain.alive is not None, domain.kinks)
 
 
 def in_native_code(system: HybridSystem, name: str) -> Flow:
@@ -153,6 +155,29 @@ def test_the_error_follows_the_tolerance(prepare: Preparation) -> None:
     assert np.all(errors < 30 * tolerances)  # global error over half a turn and a few steps, dense output included
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert order > 6.5  # dense output of order 7
+
+
+@pytest.mark.parametrize("prepare", WAYS)
+def test_a_step_ends_at_a_kink(prepare: Preparation) -> None:
+    t, x = ca.SX.sym("t"), ca.SX.sym("x", 1)
+    leaving = Transition.from_expressions("bent", "bent", x, x - 3, x, +1)
+    bent = Domain.from_expressions("bent", x, 1 + 10 * ca.fabs(t - 0.3), clock=t)
+    blind, warned = (
+        run(prepare, HybridSystem([domain], [leaving]), [0.0])
+        for domain in (bent, dataclasses.replace(bent, kinks=(0.3, 5.0)))
+    )
+    # x = t + 5 (0.09 - (0.3 - t)^2) up to the kink, then 0.75 + s + 5 s^2 with s = t - 0.3
+    exact = 0.3 + (-1 + np.sqrt(1 + 20 * 2.25)) / 10
+    assert warned.clock[-1] == pytest.approx(exact, abs=1e-13)  # quadratic pieces are integrated exactly
+    assert blind.clock[-1] == pytest.approx(exact, abs=1e-8)
+    assert warned.steps < blind.steps
+
+
+@pytest.mark.parametrize("kinks", [(0.0,), (-1.0,), (0.2, 0.2), (0.3, 0.1), (np.nan,)])
+def test_kinks_are_positive_and_ascending(kinks: tuple[float, ...]) -> None:
+    system = bouncing_ball()
+    with pytest.raises(InputError, match="kinks of domain 'flight' are not positive and ascending"):
+        HybridSystem([dataclasses.replace(system.domains[0], kinks=kinks)], system.transitions)
 
 
 @pytest.mark.parametrize("prepare", WAYS)

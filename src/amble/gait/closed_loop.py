@@ -46,7 +46,17 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
         name, last = switch.source.name, switch == pattern.switches[-1]
         mirrors = half and pattern.mirrored and last
         target = pattern.stances[0].name if half and last else switch.target.name
-        domains.append(Domain(name, loop.field, parameters[name], loop.signals, loop.jacobian, alive=loop.alive))
+        domains.append(
+            Domain(
+                name,
+                loop.field,
+                parameters[name],
+                loop.signals,
+                loop.jacobian,
+                alive=loop.alive,
+                kinks=(planned_duration(parameters[name]),),
+            )
+        )
         reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
         transitions.append(Transition(name, target, loop.guard, reset, -1))
     if pattern.mirrored and not half:
@@ -71,6 +81,11 @@ def loop_parameters(gait: Gait, domain: str) -> Vector:
         references = weights.T @ trajectory.coefficients
     packed = [[duration], gait.gains, elevate(references, REFERENCE_ORDER).ravel(order="F"), weights.ravel(order="F")]
     return frozen(np.concatenate([np.asarray(part, dtype=np.float64) for part in packed]))
+
+
+def planned_duration(parameters: Vector) -> float:
+    """Return the duration among packed parameters, s; the reference curves are only continuous there."""
+    return float(parameters[0])
 
 
 def start_state(gait: Gait) -> Vector:
@@ -135,6 +150,7 @@ def _mirrored_domain(robot: Robot, loop: StanceLoop, switch: Switch, parameters:
         ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
         ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
         alive=ca.Function("mirrored_alive", [t, x, p], [loop.alive(t, image, p)], ARGUMENTS, ["margin"]),
+        kinks=(planned_duration(parameters),),
     )
 
 

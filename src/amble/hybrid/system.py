@@ -5,6 +5,7 @@ This record is all that simulation and stability know; a legged robot is one way
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -32,6 +33,8 @@ class Domain:
             differentiation of ``field`` is known.
         alive: optional casadi function (t, x, p) -> scalar margin that must stay positive; a simulation in which it
             does not ends there and says so (a fall).
+        kinks: clock values, ascending, at which the field is continuous but not smooth (the end of a planned
+            reference). An integrator ends a step there; without it, it would search for the kink with many steps.
     """
 
     name: str
@@ -40,6 +43,7 @@ class Domain:
     signals: ca.Function | None = None
     jacobian: ca.Function | None = None
     alive: ca.Function | None = None
+    kinks: tuple[float, ...] = ()
 
     @classmethod
     def from_expressions(
@@ -245,6 +249,8 @@ def _validate_domain(system: HybridSystem, domain: Domain) -> None:
         raise InputError(
             f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}"
         )
+    if not all(earlier < later for earlier, later in itertools.pairwise((0.0, *domain.kinks))):
+        raise InputError(f"the kinks of domain '{domain.name}' are not positive and ascending: {domain.kinks}")
     if not system.leaving(domain.name):
         raise InputError(f"domain '{domain.name}' has no transition that leaves it")
 

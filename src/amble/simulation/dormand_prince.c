@@ -30,7 +30,8 @@ typedef struct {
     const Callee *field, *guards;
     const double *sign;  /* +1: the guard fires rising, -1: falling */
     const double *first; /* clock of the first look at the guard, above 0 */
-    int n, n_guards;
+    const double *kinks; /* clocks at which a step has to end, ascending */
+    int n, n_guards, n_kinks;
 } Problem;
 
 typedef struct {
@@ -220,6 +221,13 @@ static void resample(const Path *path, int n, double end, int samples, double *c
     }
 }
 
+/* clock that the next step must not pass: the next kink, or the end */
+static double barrier(const Problem *problem, double clock, double longest) {
+    for (int i = 0; i < problem->n_kinks; ++i)
+        if (problem->kinks[i] > clock && problem->kinks[i] < longest) return problem->kinks[i];
+    return longest;
+}
+
 /* Integrate from state x at clock 0 until a guard fires or `longest` is reached.
  * Writes the samples, the clock at the end, the guard that fired, the number of accepted steps. */
 int amble_flow(const Problem *problem, const Tableau *tableau, const double *start, double tolerance, double longest,
@@ -241,8 +249,9 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
             status = STUCK;
             break;
         }
-        const int final = clock + length >= longest;
-        if (final) length = longest - clock;
+        const double limit = barrier(problem, clock, longest), wanted = length;
+        const int limited = clock + length >= limit;
+        if (limited) length = limit - clock;
         for (int s = 1; s <= STEP_STAGES; ++s) {
             combine(n, x, length, s, tableau->a + s * STAGES, k, y);
             slope(problem, clock + tableau->c[s] * length, y, k + s * n);
@@ -263,10 +272,11 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
             status = *fired >= 0 ? CROSSED : STUCK;
             break;
         }
-        clock = final ? longest : clock + length;
+        clock = limited ? limit : clock + length;
         memcpy(x, y, n * sizeof(double));
         memcpy(k, k + STEP_STAGES * n, n * sizeof(double));
         length *= fmin(factor, rejected ? 1.0 : 10.0);
+        if (limited) length = fmax(length, wanted); /* a step that a kink cut short says little about the next */
         rejected = 0;
     }
     *end = clock;

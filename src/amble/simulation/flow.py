@@ -9,7 +9,6 @@ does not fire there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -66,12 +65,21 @@ class Watched:
 
 @dataclass(frozen=True)
 class Course:
-    """What a flow follows and watches: see ``prepare_functions``."""
+    """What a flow follows and watches.
+
+    Attributes:
+        field: casadi function (t, x, p) -> dx/dt.
+        parameters: p.
+        watched: functions (t, x, p) whose zeros end the flow.
+        mortal: whether the last function watched is a margin to a fall.
+        kinks: clocks at which a step has to end, positive and ascending (``Domain.kinks``).
+    """
 
     field: ca.Function
     parameters: Vector
-    watched: tuple[Watched, ...]
-    mortal: bool
+    watched: tuple[Watched, ...] = ()
+    mortal: bool = False
+    kinks: tuple[float, ...] = ()
 
     def outcome(self, fired: int) -> tuple[int | None, str]:
         """Tell a transition from a fall."""
@@ -83,14 +91,13 @@ def prepare(system: HybridSystem, name: str) -> Flow:
     """Prepare the flow through a domain of a system, in native code where that can be had."""
     domain = system.domain(name)
     watched = watched_functions(domain, system.leaving(name))
-    return prepare_functions(domain.field, domain.parameters, watched, domain.alive is not None)
+    return prepare_course(Course(domain.field, domain.parameters, watched, domain.alive is not None, domain.kinks))
 
 
-def prepare_functions(field: ca.Function, parameters: Vector, watched: Sequence[Watched], mortal: bool) -> Flow:
-    """Prepare a flow from functions (t, x, p); where ``mortal``, the last one watched ends the motion as a fall."""
+def prepare_course(course: Course) -> Flow:
+    """Prepare a flow from functions, in native code where that can be had."""
     from amble.simulation import interpreted, native
 
-    course = Course(field, parameters, tuple(watched), mortal)
     flow = native.prepare(course)
     return interpreted.prepare(course) if flow is None else flow
 

@@ -23,29 +23,45 @@ class InterpretedFlow:
 
     def __call__(self, start: Vector, tolerance: float, longest: float, samples: int) -> Passage:
         """Integrate from a state at clock 0 until a watched function fires or the flow has lasted ``longest`` (s)."""
+        entry = np.array(start, dtype=np.float64)
+        pieces: list[Any] = []
+        try:
+            with np.errstate(all="ignore"):  # what is not finite is reported, not warned about
+                crossing = self._integrate(entry, tolerance, longest, pieces)
+        except FloatingPointError:
+            return _passage(pieces, entry, samples, pieces[-1].t if pieces else 0.0, None, STUCK)
+        if crossing is None:
+            return _passage(pieces, entry, samples, longest, None, TOO_LONG)
+        which, ended = self.course.outcome(crossing[0])
+        return _passage(pieces, entry, samples, crossing[1], which, ended)
+
+    def _integrate(
+        self, start: Vector, tolerance: float, longest: float, pieces: list[Any]
+    ) -> tuple[int, float] | None:
+        """Step from kink to kink, collecting the dense output; returns the first crossing (guard, clock).
+
+        Raises:
+            FloatingPointError: where the motion cannot go on.
+        """
         from scipy.integrate import DOP853
 
-        def rate(clock: float, state: Vector) -> Vector:
-            return numeric(self.course.field(clock, state, self.course.parameters))
-
-        pieces: list[Any] = []
         values = np.full(len(self.course.watched), np.nan)
-        with np.errstate(all="ignore"):  # what is not finite is reported, not warned about
-            stepper = DOP853(rate, 0.0, np.array(start, dtype=np.float64), longest, rtol=tolerance, atol=tolerance)
-            try:
-                while stepper.status == "running":
-                    stepper.step()
-                    if stepper.status == "failed":
-                        break
-                    pieces.append(stepper.dense_output())
-                    crossing = self._look(pieces[-1], values)
-                    if crossing is not None:
-                        which, ended = self.course.outcome(crossing[0])
-                        return _passage(pieces, start, crossing[1], samples, which, ended)
-            except FloatingPointError:
-                return _passage(pieces, start, stepper.t, samples, None, STUCK)
-        ended = TOO_LONG if stepper.status == "finished" else STUCK
-        return _passage(pieces, start, pieces[-1].t if pieces else 0.0, samples, None, ended)
+        clock, state = 0.0, start
+        for limit in (*(kink for kink in self.course.kinks if kink < longest), longest):
+            stepper = DOP853(self._rate, clock, state, limit, rtol=tolerance, atol=tolerance)
+            while stepper.status == "running":
+                stepper.step()
+                if stepper.status == "failed":
+                    raise FloatingPointError
+                pieces.append(stepper.dense_output())
+                crossing = self._look(pieces[-1], values)
+                if crossing is not None:
+                    return crossing
+            clock, state = stepper.t, stepper.y
+        return None
+
+    def _rate(self, clock: float, state: Vector) -> Vector:
+        return numeric(self.course.field(clock, state, self.course.parameters))
 
     def _value(self, item: Watched, clock: float, state: Vector) -> float:
         return item.direction * float(item.function(clock, state, self.course.parameters))
@@ -85,7 +101,7 @@ def prepare(course: Course) -> InterpretedFlow:
     return InterpretedFlow(course)
 
 
-def _passage(pieces: Sequence[Any], start: Vector, end: float, samples: int, fired: int | None, ended: str) -> Passage:
+def _passage(pieces: Sequence[Any], start: Vector, samples: int, end: float, fired: int | None, ended: str) -> Passage:
     clock = np.linspace(0.0, end, samples)
     starts = [piece.t_old for piece in pieces]
     state = np.tile(np.array(start, dtype=np.float64), (samples, 1))

@@ -53,8 +53,10 @@ class _Problem(ctypes.Structure):
         ("guards", ctypes.POINTER(_Callee)),
         ("sign", _DOUBLES),
         ("first", _DOUBLES),
+        ("kinks", _DOUBLES),
         ("n", ctypes.c_int),
         ("n_guards", ctypes.c_int),
+        ("n_kinks", ctypes.c_int),
     )
 
 
@@ -96,13 +98,14 @@ def prepare(course: Course) -> Flow | None:
     guards = (_Callee * len(bound))(*(callee for callee, _ in bound))
     sign = np.array([float(item.direction) for item in course.watched])
     first = np.array([max(item.earliest, RESOLUTION) for item in course.watched])
+    kinks = np.array(course.kinks)
     problem = _Problem(
         evaluate, ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), _doubles(sign), _doubles(first),
-        course.field.numel_in(1), len(bound),
+        _doubles(kinks), course.field.numel_in(1), len(bound), kinks.size,
     )  # fmt: skip
     method = dop853()
     arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
-    kept = (field, field_memory, guards, sign, first, arrays, *(memory for _, memory in bound))
+    kept = (field, field_memory, guards, sign, first, kinks, arrays, *(memory for _, memory in bound))
     return NativeFlow(course, library.amble_flow, problem, _Tableau(*map(_doubles, arrays)), kept)
 
 

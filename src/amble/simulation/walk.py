@@ -85,6 +85,15 @@ def apply_reset(domain: Domain, transition: Transition, clock: float, state: Vec
     return numeric(transition.reset(clock, state, domain.parameters))
 
 
+def barred(domain: Domain, entry: Vector) -> str:
+    """Say why a motion cannot begin in a domain (``Passage.ended``); empty where it can."""
+    if not np.all(np.isfinite(entry)):
+        return STUCK
+    if domain.alive is not None and not float(domain.alive(0.0, entry, domain.parameters)) > 0:
+        return FELL
+    return ""
+
+
 def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, samples: int, longest: float) -> None:
     if start.size != system.state_size:
         raise InputError(f"the start has {start.size} values, not {system.state_size}")
@@ -102,11 +111,7 @@ def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, s
 
 def _through(flow: Flow, domain: Domain, entry: Vector, tolerance: float, longest: float, samples: int) -> Passage:
     """Pass through a domain; a motion that is not alive at its entry does not begin."""
-    stopped = ""
-    if not np.all(np.isfinite(entry)):
-        stopped = STUCK
-    elif domain.alive is not None and not float(domain.alive(0.0, entry, domain.parameters)) > 0:
-        stopped = FELL
+    stopped = barred(domain, entry)
     if stopped:
         return Passage(np.zeros(1), entry[np.newaxis].copy(), None, stopped, 0)
     return flow(entry, tolerance, longest, samples)

@@ -22,7 +22,7 @@ import numpy as np
 
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
-from amble.simulation.flow import Flow, Watched, prepare_functions, watched_functions
+from amble.simulation.flow import Course, Flow, Watched, prepare_course, watched_functions
 from amble.simulation.walk import apply_reset, barred
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import LONGEST, TOLERANCE
@@ -120,15 +120,16 @@ def _flow(domain: Domain, leaving: Transition) -> Flow:
     size = domain.state_size
     arguments = _symbols(domain)
     clock, both, parameters = arguments
-    lifted = [
+    lifted = tuple(
         Watched(
             ca.Function(f"{item.function.name()}_lifted", arguments, [item.function(clock, both[:size], parameters)]),
             item.direction,
             item.earliest,
         )
         for item in watched_functions(domain, (leaving,))
-    ]
-    return prepare_functions(augmented(domain), domain.parameters, lifted, domain.alive is not None)
+    )
+    mortal = domain.alive is not None
+    return prepare_course(Course(augmented(domain), domain.parameters, lifted, mortal, domain.kinks))
 
 
 def _symbols(domain: Domain) -> list[ca.MX]:
