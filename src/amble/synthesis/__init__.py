@@ -1,7 +1,8 @@
 """The gait problem, its transcription and its solution."""
 
+from amble.synthesis.defaults import gait_problem
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.solve import Iteration
 from amble.synthesis.synthesize import synthesize
 
-__all__ = ["GaitProblem", "Iteration", "synthesize"]
+__all__ = ["GaitProblem", "Iteration", "gait_problem", "synthesize"]
