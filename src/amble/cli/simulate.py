@@ -68,12 +68,12 @@ def walk(
 ) -> Trace:
     """Walk a gait with progress, and say how it went."""
     from amble.export import exported_loop
-    from amble.simulation.walking import simulate_gait
+    from amble.simulation import simulate_gait
 
-    system = exported_loop(gait, law) if controller is Controller.C else None
+    loop = exported_loop if controller is Controller.C else None
     with progress("simulating") as update:
         trace = simulate_gait(
-            gait, cycles, law, tolerance, perturb, seed, system, lambda done, of: update(f"cycle {done} of {of}")
+            gait, cycles, law, tolerance, perturb, seed, lambda done, of: update(f"cycle {done} of {of}"), loop
         )
     typer.echo(f"{trace.cycles} cycles, {trace.time[-1]:.3f} s of walking, simulated in {trace.seconds:.2f} s")
     return trace
