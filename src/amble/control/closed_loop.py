@@ -45,7 +45,7 @@ class StanceLoop:
 
     @property
     def jacobian(self) -> ca.Function:
-        """d field / d x, the first result of ``variation``."""
+        """D field / d x, the first result of ``variation``."""
         symbols = [ca.MX.sym(name, self.variation.numel_in(i)) for i, name in enumerate(ARGUMENTS)]
         return ca.Function("jacobian", symbols, [self.variation(*symbols)[0]], ARGUMENTS, ["jacobian"])
 
@@ -62,7 +62,8 @@ def stance_loops(
         outputs: number of outputs of each stance.
         order: order of the reference curves; the parameters are packed as in ``Feedforward.packed``.
     """
-    sources, derivatives = {}, {}
+    sources: dict[str, list[ca.Function]] = {}
+    derivatives: dict[str, tuple[str, ...]] = {}
     for switch, count in zip(switches, outputs, strict=True):
         name = switch.source.name
         flow, events = _functions(robot, law, switch, count, order)
@@ -110,9 +111,7 @@ def _functions(
     return flow, events
 
 
-def _signals(
-    robot: Robot, feet: tuple[str, ...], q: ca.SX, v: ca.SX, loop: Linearised
-) -> dict[str, ca.SX]:
+def _signals(robot: Robot, feet: tuple[str, ...], q: ca.SX, v: ca.SX, loop: Linearised) -> dict[str, ca.SX]:
     """What a simulation records: world frame, all feet in the robot's order, zero force at swing feet."""
     forces = [
         loop.forces[3 * feet.index(foot) : 3 * feet.index(foot) + 3] if foot in feet else ca.SX.zeros(3)

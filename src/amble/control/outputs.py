@@ -15,6 +15,7 @@ from amble.types import Matrix, Vector
 LATERAL = 0.9
 """Share of a joint's axis along the base's y axis from which the joint counts as a pitch joint."""
 
+
 @dataclass(frozen=True)
 class DomainOutputs:
     """The controlled coordinates of one domain, by name (joints, or roll, pitch, yaw), in coordinate order."""
@@ -51,9 +52,7 @@ def actuated_freedoms(robot: Robot, feet: Sequence[str]) -> int:
     return len(robot.joints) - null[len(feet)]
 
 
-def joint_outputs(
-    pattern: GaitPattern, order: int = 4, free: Mapping[str, Sequence[str]] | None = None
-) -> Outputs:
+def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Sequence[str]] | None = None) -> Outputs:
     """Control all joints but as many as the stance leaves unactuated.
 
     Args:

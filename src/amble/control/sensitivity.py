@@ -57,9 +57,9 @@ def sensitivity(
     force = dynamics.inverse_dynamics(robot, q, v, a) - selection(robot) @ u - J.T @ lam
     contact = J @ a + stance_bias(robot, feet, q, v)
     at = (linearised.acceleration, linearised.torques, linearised.forces)
-    slopes = ca.Function(
-        "slopes", [q, v, a, u, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)]
-    )(q, v, *at)
+    slopes = ca.Function("slopes", [q, v, a, u, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)])(
+        q, v, *at
+    )
     uncontrolled = motion.respond(-slopes[0], -slopes[1])
     wanted = ca.jacobian(required_output_acceleration(q, v, time, feedforward), state)
     missing = wanted - uncontrolled[POSITION_SIZE:, :]

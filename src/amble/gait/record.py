@@ -1,4 +1,4 @@
-"""The gait: what synthesis writes, and what check, simulation, stability and metrics read. No solver is needed to use it."""
+"""The gait: synthesis writes it; check, simulation, stability and metrics read it; no solver is needed to use it."""
 
 from __future__ import annotations
 

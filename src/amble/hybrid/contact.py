@@ -1,4 +1,4 @@
-"""Contact: rigid point feet that neither slip nor sink, and the plastic impact when feet land (paper, sections 2.2, 2.3)."""
+"""Contact: rigid point feet that neither slip nor sink, and the plastic impact when feet land (paper, section 2)."""
 
 from __future__ import annotations
 

@@ -9,8 +9,9 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.hybrid import HybridSystem
 from amble.simulation.perturbation import perturbed
-from amble.simulation.simulate import Progress, simulate
+from amble.simulation.simulate import simulate
 from amble.simulation.trace import Trace
+from amble.simulation.walk import Progress
 
 
 def simulate_gait(

@@ -1,4 +1,4 @@
-"""One step of the bilinear matrix inequality problem of exponential orbital stabilisation, by linear matrix inequalities.
+"""One step of the bilinear matrix inequality problem of orbital stabilisation, by a linear matrix inequality.
 
 The problem (Akbari Hamed et al. 2014; theory.md, section 6): with A(theta + d) ~ A_0 + sum d_i A_i, minimise
 -w mu + gamma subject to [[W, A(d) W], [., (1 - mu) W]] > 0 and [[1, d], [d^T, gamma]] >= 0; then rho < sqrt(1 - mu).
@@ -24,7 +24,7 @@ SIZE_WEIGHT = 1e-3
 
 def metric(matrix: Matrix, slack: float = SLACK) -> Matrix:
     """Return L with W = L L^T and W - s^2 A W A^T = 1, where s scales A to spectral radius 1 / slack."""
-    from scipy.linalg import cholesky, solve_discrete_lyapunov  # noqa: PLC0415
+    from scipy.linalg import cholesky, solve_discrete_lyapunov
 
     radius = float(np.abs(np.linalg.eigvals(matrix)).max())
     scaled = matrix / (slack * radius)
@@ -38,7 +38,7 @@ def bilinear_step(here: WeightedMap, longest: float) -> tuple[Vector, float]:
     Raises:
         NotSolvedError: the solver of the semidefinite program fails.
     """
-    import cvxpy as cp  # noqa: PLC0415
+    import cvxpy as cp
 
     left = metric(here.matrix)
     inverse = np.linalg.inv(left)
@@ -56,4 +56,4 @@ def bilinear_step(here: WeightedMap, longest: float) -> tuple[Vector, float]:
     problem.solve(solver=cp.CLARABEL)
     if problem.status not in ("optimal", "optimal_inaccurate") or step.value is None:
         raise NotSolvedError(f"the matrix inequality step ended with status '{problem.status}'", [])
-    return np.asarray(step.value), float(bound.value)
+    return np.asarray(step.value), float(np.asarray(bound.value))

@@ -32,7 +32,7 @@ def smooth_radius(matrix: Matrix, sharpness: float = SHARPNESS) -> tuple[float, 
 
 def descent_step(orbit: Orbit, weighting: Weighting, theta: Vector, evaluations: int) -> Vector:
     """Improve theta by a bounded number of evaluations of L-BFGS on the smooth radius plus a penalty on |theta|^2."""
-    from scipy.optimize import minimize  # noqa: PLC0415
+    from scipy.optimize import minimize
 
     def objective(trial: Vector) -> tuple[float, Vector]:
         here = weighted_map(orbit, weighting, trial)

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
 from amble.control.closed_loop import StanceLoop
 from amble.hybrid import HybridSystem
-from amble.simulation import Trace
 from amble.stability.monodromy import event_factor
 from amble.types import Matrix, NodeValues, Vector
 
@@ -92,7 +90,7 @@ def sample_orbit(
         loops: domain -> its compiled functions.
         durations: domain -> duration on the orbit, s.
     """
-    from scipy.integrate import solve_ivp  # noqa: PLC0415
+    from scipy.integrate import solve_ivp
 
     rule = GaussRule.of(STAGES)
     domains, entry = [], np.asarray(start, dtype=np.float64)

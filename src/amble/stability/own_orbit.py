@@ -45,8 +45,7 @@ def own_fixed_point(gait: Gait) -> tuple[HybridSystem, FixedPoint]:
 
 
 def with_own_orbit(gait: Gait) -> Gait:
-    """Return the gait with feedback whose references are the closed loop's own orbit and whose weights pick the
-    outputs of the gait problem (theta_0).
+    """Return the gait with feedback at theta_0: references of the closed loop's own orbit, weights of the gait problem.
 
     Errors as in ``own_fixed_point``.
     """

@@ -122,9 +122,7 @@ def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_coun
         multipliers = ca.reshape(lam_g[offset : offset + count], block.rows.shape[0], block.instances)
         curvature.append(_mapped(compiled[block.name].hessian, block, natural, p, multipliers, lam_f)[0])
         offset += count
-    hessian = _scatter_symmetric(
-        ca.vertcat(*[ca.vec(c) for c in curvature]), _hessian_places(blocks, compiled), scale
-    )
+    hessian = _scatter_symmetric(ca.vertcat(*[ca.vec(c) for c in curvature]), _hessian_places(blocks, compiled), scale)
     return Program(
         ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
         ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
@@ -167,9 +165,7 @@ def _compile(pieces: dict[str, _Pieces]) -> dict[str, _Pieces]:
     }
 
 
-def _mapped(
-    function: ca.Function, block: Block, natural: ca.MX, p: ca.MX, *more: ca.MX
-) -> list[ca.MX]:
+def _mapped(function: ca.Function, block: Block, natural: ca.MX, p: ca.MX, *more: ca.MX) -> list[ca.MX]:
     """Evaluate a block's function at all instances: every result has one column an instance."""
     count = block.instances
     local = ca.reshape(natural[block.columns.ravel().tolist()], block.columns.shape[1], count)
@@ -187,7 +183,9 @@ def _gradient_places(blocks: Sequence[Block]) -> Index:
 def _jacobian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tuple[Index, Index]:
     rows, columns, offset = [], [], 0
     for block in blocks:
-        local_row, local_column = (np.array(t, dtype=np.int64) for t in pieces[block.name].jacobian_pattern.get_triplet())
+        local_row, local_column = (
+            np.array(t, dtype=np.int64) for t in pieces[block.name].jacobian_pattern.get_triplet()
+        )
         start = offset + np.arange(block.instances)[:, None] * block.rows.shape[0]
         rows.append((start + local_row).ravel())
         columns.append(block.columns[:, local_column].ravel())
@@ -205,9 +203,7 @@ def _hessian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tupl
     return np.minimum(rows, columns), np.maximum(rows, columns)
 
 
-def _scatter(
-    values: ca.MX, places: Index | tuple[Index, Index], scale: NDArray[np.float64], height: int = 0
-) -> ca.MX:
+def _scatter(values: ca.MX, places: Index | tuple[Index, Index], scale: NDArray[np.float64], height: int = 0) -> ca.MX:
     """Add values into a vector (one index array) or a matrix (rows, columns), in scaled variables."""
     if isinstance(places, tuple):
         rows, columns = places

@@ -47,5 +47,5 @@ def _bound_domain(
     lower[domain.a], upper[domain.a] = -limits.acceleration, limits.acceleration
     lower[domain.force[:, 2::3]] = limits.normal_force
     if domain.switch.lifting and not domain.switch.landing:
-        place = 3 * domain.stance.feet.index(domain.switch.lifting[0]) + 2
-        lower[domain.force[-1, place]] = upper[domain.force[-1, place]] = 0.0
+        normal = 3 * domain.stance.feet.index(domain.switch.lifting[0]) + 2
+        lower[domain.force[-1, normal]] = upper[domain.force[-1, normal]] = 0.0

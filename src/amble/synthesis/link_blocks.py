@@ -50,7 +50,7 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
 
 
 def entry_block(problem: GaitProblem, domain: DomainLayout) -> Block:
-    """y = 0 and y' = 0 at the first node; with the output dynamics they vanish all along the domain."""
+    """Y = 0 and y' = 0 at the first node; with the output dynamics they vanish all along the domain."""
     controlled = output_indices(problem, domain)
     size = problem.pattern.robot.size
     q, v, T = ca.SX.sym("q", size), ca.SX.sym("v", size), ca.SX.sym("T")

@@ -104,7 +104,7 @@ def _output_dynamics(
     curve: tuple[ca.SX, ca.SX, ca.SX],
     parameters: ProgramParameters,
 ) -> ca.SX:
-    """y'' + K_d y' + K_p y."""
+    """Y'' + K_d y' + K_p y."""
     controlled = output_indices(problem, domain)
     q, v, a = (part[controlled] for part in state)
     alpha, T, phase = curve
@@ -113,9 +113,7 @@ def _output_dynamics(
     return (a - curvature / T**2) + kd * (v - slope / T) + kp * (q - value)
 
 
-def _law_rows(
-    problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX, J: ca.SX
-) -> ca.SX:
+def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX, J: ca.SX) -> ca.SX:
     """Rows of the allocation law, built on the same null space as the controller's."""
     robot, feet = problem.pattern.robot, domain.stance.feet
     positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from amble.control import AllocationLaw, Outputs
@@ -37,21 +38,19 @@ class GaitProblem:
 
     def __post_init__(self) -> None:
         """Check numbers and names."""
-        robot = self.pattern.robot
         if not -100.0 < self.speed < 100.0:
             raise InputError(f"the speed is {self.speed} m/s; it must be a number of reasonable size")
         if self.intervals < 2:
             raise InputError(f"{self.intervals} intervals a domain are too few; at least 2 are needed")
         if not all(gain > 0.0 for gain in self.gains):
             raise InputError(f"the output gains are {self.gains}; both must be positive")
-        stances = [stance.name for stance in self.pattern.solved]
-        for name in self.limits.durations:
-            if name not in stances:
-                raise UnknownNameError("domain", name, stances)
-        for mapping in (self.limits.speeds, self.limits.torques):
-            for name in mapping:
-                if name not in robot.joint_names:
-                    raise UnknownNameError("joint", name, robot.joint_names)
-        for name in self.limits.positions:
-            if name not in robot.coordinate_names:
-                raise UnknownNameError("coordinate", name, robot.coordinate_names)
+        robot, limits = self.pattern.robot, self.limits
+        _known("domain", limits.durations, [stance.name for stance in self.pattern.solved])
+        _known("joint", (*limits.speeds, *limits.torques), robot.joint_names)
+        _known("coordinate", limits.positions, robot.coordinate_names)
+
+
+def _known(kind: str, names: Iterable[str], known: Sequence[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise UnknownNameError(kind, name, known)

@@ -1,4 +1,4 @@
-"""The gait problem as a compiled program: structure only, so that speed, friction, gains and bounds may change freely."""
+"""The gait problem as a compiled program: speed, friction, gains and bounds change without compiling again."""
 
 from __future__ import annotations
 
@@ -41,9 +41,7 @@ def build_program(problem: GaitProblem) -> GaitProgram:
     layout = build_layout(problem)
     program = assemble(_blocks(problem, layout), layout.scale, parameter_values(problem).size)
     lower, upper = variable_bounds(problem, layout)
-    return GaitProgram(
-        problem, layout, program, lower / layout.scale, upper / layout.scale, parameter_values(problem)
-    )
+    return GaitProgram(problem, layout, program, lower / layout.scale, upper / layout.scale, parameter_values(problem))
 
 
 def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:

@@ -25,8 +25,8 @@ def smallest_singular_value(program: GaitProgram, variables: NDArray[np.float64]
         program: the transcribed problem.
         variables: scaled variables at which to look, (n_x,).
     """
-    from scipy.sparse import csc_matrix, diags, identity  # noqa: PLC0415
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
+    from scipy.sparse import csc_matrix, diags, identity
+    from scipy.sparse.linalg import splu
 
     nlp = program.program
     jacobian: ca.DM = nlp.jacobian(variables, program.parameters)[1]

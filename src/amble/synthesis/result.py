@@ -66,6 +66,10 @@ def _trajectory(problem: GaitProblem, domain: DomainLayout, natural: NDArray[np.
         duration,
         frozen(coefficients),
         frozen(domain.phases * duration),
-        *(frozen(natural[getattr(domain, kind)]) for kind in ("q", "v", "a", "u", "force")),
+        frozen(natural[domain.q]),
+        frozen(natural[domain.v]),
+        frozen(natural[domain.a]),
+        frozen(natural[domain.u]),
+        frozen(natural[domain.force]),
         frozen(natural[domain.impulse]),
     )

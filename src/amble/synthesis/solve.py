@@ -208,7 +208,7 @@ class _Watch(ca.Callback):
     def get_name_in(self, i: int) -> str:
         return str(ca.nlpsol_out(i))
 
-    def get_name_out(self, i: int) -> str:
+    def get_name_out(self, _: int) -> str:
         return "stop"
 
     def get_sparsity_in(self, i: int) -> ca.Sparsity:
@@ -216,8 +216,6 @@ class _Watch(ca.Callback):
         rows = len(self._program.program.row_names)
         sizes |= {"g": rows, "lam_g": rows, "lam_p": self._program.parameters.size}
         name = ca.nlpsol_out(i)
-        if name == "lam_p":
-            return ca.Sparsity.dense(sizes[name], 1)
         return ca.Sparsity.dense(sizes[name], 1)
 
     def eval(self, arguments: list[ca.DM]) -> list[int]:

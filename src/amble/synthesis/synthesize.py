@@ -36,7 +36,12 @@ def synthesize(
     layout = program.layout
     natural = standing(problem, layout) if start is None else from_gait(start, layout)
     require_full_rank(program, natural / layout.scale)
-    solution = solve(program, np.clip(natural / layout.scale, program.lower, program.upper), tolerance,
-                     most_iterations, progress=progress)
+    solution = solve(
+        program,
+        np.clip(natural / layout.scale, program.lower, program.upper),
+        tolerance,
+        most_iterations,
+        progress=progress,
+    )
     require_solved(solution)
     return to_gait(problem, layout, solution)
