@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
 import amble
@@ -22,3 +25,13 @@ def test_names_are_those_of_their_homes() -> None:
     from amble.gait.files import load_gait
 
     assert amble.load_gait is load_gait
+
+
+def test_the_names_in_the_readme_exist() -> None:
+    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    page = re.search(r"```python\n(.*?)```", text, re.DOTALL)
+    assert page is not None
+    used = set(re.findall(r"\bamble\.([A-Za-z_]+)", page.group(1)))
+    assert used
+    for name in used:
+        assert hasattr(amble, name), name

@@ -58,6 +58,7 @@ _HOME = {
     "load_trace": "amble.simulation",
     "monodromy": "amble.stability",
     "multipliers": "amble.stability",
+    "paper_baseline": "amble.control.laws",
     "poincare_map": "amble.stability",
     "problem_of": "amble.synthesis.specified",
     "read_specification": "amble.synthesis.specification",
