@@ -20,6 +20,7 @@ import numpy as np
 from amble.codegen.cache import content_key, intact, locked, seal, writable_folder
 from amble.codegen.compiler import Compiler, compiler
 from amble.errors import WorkError
+from amble.simulation.bound import Bound, bind
 from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Course, Flow, Passage
 from amble.simulation.tableau import dop853
 from amble.types import NodeValues, Vector
@@ -93,43 +94,24 @@ def prepare(course: Course) -> Flow | None:
     evaluate = _evaluate_address()
     if library is None or evaluate is None:
         return None
-    field, field_memory = _callee(course.field, course.parameters)
-    bound = [_callee(item.function, course.parameters) for item in course.watched]
-    guards = (_Callee * len(bound))(*(callee for callee, _ in bound))
+    followed = bind(course.field, course.parameters)
+    watched = [bind(item.function, course.parameters) for item in course.watched]
+    field, guards = _callee(followed), (_Callee * len(watched))(*map(_callee, watched))
     sign = np.array([float(item.direction) for item in course.watched])
     first = np.array([max(item.earliest, RESOLUTION) for item in course.watched])
     kinks = np.array(course.kinks)
     problem = _Problem(
         evaluate, ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), _doubles(sign), _doubles(first),
-        _doubles(kinks), course.field.numel_in(1), len(bound), kinks.size,
+        _doubles(kinks), course.field.numel_in(1), len(watched), kinks.size,
     )  # fmt: skip
     method = dop853()
     arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
-    kept = (field, field_memory, guards, sign, first, kinks, arrays, *(memory for _, memory in bound))
+    kept = (followed, watched, field, guards, sign, first, kinks, arrays)
     return NativeFlow(course, library.amble_flow, problem, _Tableau(*map(_doubles, arrays)), kept)
 
 
-def _callee(function: ca.Function, parameters: Vector) -> tuple[_Callee, tuple[Any, ...]]:
-    """Bind a function (t, x, p) -> value to buffers of its own."""
-    dense = _dense(function)
-    buffer = ca.FunctionBuffer(dense)
-    clock, state = np.zeros(1), np.zeros(dense.numel_in(1))
-    values, out = np.array(parameters, dtype=np.float64), np.zeros(dense.numel_out(0))
-    for position, array in enumerate((clock, state, values)):
-        if array.size:
-            buffer.set_arg(position, array.data)
-    buffer.set_res(0, out.data)
-    callee = _Callee(_address(buffer), _doubles(clock), _doubles(state), _doubles(out))
-    return callee, (buffer, clock, state, values, out)
-
-
-def _dense(function: ca.Function) -> ca.Function:
-    """Return the function itself, or one with dense arguments and result: buffers hold only structural nonzeros."""
-    sparsities = [*(function.sparsity_in(i) for i in range(3)), function.sparsity_out(0)]
-    if all(sparsity.is_dense() for sparsity in sparsities):
-        return function
-    symbols = [ca.MX.sym(name, *function.size_in(i)) for i, name in enumerate("txp")]
-    return ca.Function(f"{function.name()}_dense", symbols, [ca.densify(function(*symbols))])
+def _callee(bound: Bound) -> _Callee:
+    return _Callee(_address(bound.buffer), _doubles(bound.clock), _doubles(bound.state), _doubles(bound.results[0]))
 
 
 def _address(buffer: ca.FunctionBuffer) -> int:

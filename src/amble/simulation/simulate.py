@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 
-import casadi as ca
 import numpy as np
 
 from amble.hybrid import HybridSystem
+from amble.simulation.bound import bind
 from amble.simulation.trace import Trace
 from amble.simulation.walk import Progress, walk
 from amble.types import IntegerVector, NodeValues, Vector
@@ -71,17 +71,9 @@ def _signals(system: HybridSystem, clock: Vector, state: NodeValues, domain: Int
         rows = np.flatnonzero(domain == position)
         if candidate.signals is None or not rows.size:
             continue
-        values = evaluate_many(candidate.signals, clock[rows], state[rows], candidate.parameters)
-        for name, value in values.items():
+        values = bind(candidate.signals, candidate.parameters).along(clock[rows], state[rows])
+        for name, value in zip(candidate.signals.name_out(), values, strict=True):
             if name not in recorded:
                 recorded[name] = np.full((clock.size, value.shape[1]), np.nan)
             recorded[name][rows] = value
     return recorded
-
-
-def evaluate_many(function: ca.Function, clock: Vector, state: NodeValues, parameters: Vector) -> dict[str, NodeValues]:
-    """Evaluate a function (t, x, p) at many samples; returns output name -> (n, width)."""
-    repeated = np.tile(parameters[:, np.newaxis], (1, clock.size))
-    results = function.map(clock.size)(clock[np.newaxis], state.T, repeated)
-    outputs = [results] if function.n_out() == 1 else results
-    return {name: np.asarray(value.full()).T for name, value in zip(function.name_out(), outputs, strict=True)}

@@ -9,7 +9,7 @@ import numpy as np
 
 from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
-from amble.hybrid.system import numeric
+from amble.simulation.bound import Bound, bind
 from amble.simulation.flow import FELL, STUCK, TOO_LONG, Flow, Passage, prepare
 from amble.simulation.trace import COMPLETED, Event
 from amble.types import Vector, frozen
@@ -41,6 +41,37 @@ class Walked:
     ended: str
 
 
+@dataclass(frozen=True)
+class Stage:
+    """A domain prepared for motions through it: its place in the system, its margin and the resets that leave it."""
+
+    number: int
+    domain: Domain
+    leaving: tuple[Transition, ...]
+    alive: Bound | None
+    resets: tuple[Bound, ...]
+
+    def barred(self, entry: Vector) -> str:
+        """Say why a motion cannot begin here (``Passage.ended``); empty where it can."""
+        if not np.all(np.isfinite(entry)):
+            return STUCK
+        if self.alive is not None and not self.alive(0.0, entry)[0][0] > 0:
+            return FELL
+        return ""
+
+    def reset(self, fired: int, clock: float, state: Vector) -> Vector:
+        """Return the state after the reset of a transition that leaves the domain, (n_x,)."""
+        return self.resets[fired](clock, state)[0]
+
+
+def prepare_stage(system: HybridSystem, name: str) -> Stage:
+    """Prepare a domain of a system."""
+    domain, leaving = system.domain(name), system.leaving(name)
+    alive = None if domain.alive is None else bind(domain.alive, domain.parameters)
+    resets = tuple(bind(transition.reset, domain.parameters) for transition in leaving)
+    return Stage([candidate.name for candidate in system.domains].index(name), domain, leaving, alive, resets)
+
+
 def walk(
     system: HybridSystem,
     start: Vector,
@@ -56,42 +87,29 @@ def walk(
     visits: list[Visit] = []
     events: list[Event] = []
     ended = COMPLETED
-    flows: dict[str, Flow] = {}
-    current, clock, done = system.domains[0], 0.0, 0
-    order = {domain.name: position for position, domain in enumerate(system.domains)}
+    prepared: dict[str, tuple[Stage, Flow]] = {}
+    current, clock, done = system.domains[0].name, 0.0, 0
     while done < cycles:
-        if current.name not in flows:
-            flows[current.name] = prepare(system, current.name)
-        passage = _through(flows[current.name], current, entry, tolerance, longest, samples)
-        visits.append(Visit(order[current.name], done, clock, passage))
+        if current not in prepared:
+            prepared[current] = prepare_stage(system, current), prepare(system, current)
+        stage, flow = prepared[current]
+        barrier = stage.barred(entry)
+        passage = _halted(entry, barrier) if barrier else flow(entry, tolerance, longest, samples)
+        visits.append(Visit(stage.number, done, clock, passage))
         clock += passage.clock[-1]
         if passage.fired is None:
-            ended = f"{_sentence(passage.ended)} in domain '{current.name}' of cycle {done} at {clock:.6g} s"
+            ended = f"{_sentence(passage.ended)} in domain '{current}' of cycle {done} at {clock:.6g} s"
             break
-        transition = system.leaving(current.name)[passage.fired]
         before = passage.state[-1]
-        entry = apply_reset(current, transition, passage.clock[-1], before)
+        entry = stage.reset(passage.fired, passage.clock[-1], before)
+        transition = stage.leaving[passage.fired]
         events.append(Event(clock, transition.name, frozen(before), frozen(entry)))
-        current = system.domain(transition.target)
-        if order[current.name] == 0:
+        current = transition.target
+        if current == system.domains[0].name:
             done += 1
             if progress is not None:
                 progress(done, cycles)
     return Walked(tuple(visits), tuple(events), done, ended)
-
-
-def apply_reset(domain: Domain, transition: Transition, clock: float, state: Vector) -> Vector:
-    """Return the state after the reset of a transition that leaves ``domain``, (n_x,)."""
-    return numeric(transition.reset(clock, state, domain.parameters))
-
-
-def barred(domain: Domain, entry: Vector) -> str:
-    """Say why a motion cannot begin in a domain (``Passage.ended``); empty where it can."""
-    if not np.all(np.isfinite(entry)):
-        return STUCK
-    if domain.alive is not None and not float(domain.alive(0.0, entry, domain.parameters)) > 0:
-        return FELL
-    return ""
 
 
 def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, samples: int, longest: float) -> None:
@@ -109,12 +127,9 @@ def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, s
         raise InputError(f"the longest stay in a domain is a positive time, not {longest:g} s")
 
 
-def _through(flow: Flow, domain: Domain, entry: Vector, tolerance: float, longest: float, samples: int) -> Passage:
-    """Pass through a domain; a motion that is not alive at its entry does not begin."""
-    stopped = barred(domain, entry)
-    if stopped:
-        return Passage(np.zeros(1), entry[np.newaxis].copy(), None, stopped, 0)
-    return flow(entry, tolerance, longest, samples)
+def _halted(entry: Vector, ended: str) -> Passage:
+    """A motion that does not begin."""
+    return Passage(np.zeros(1), entry[np.newaxis].copy(), None, ended, 0)
 
 
 def _sentence(ended: str) -> str:

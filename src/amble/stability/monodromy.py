@@ -23,7 +23,7 @@ import numpy as np
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.simulation.flow import Course, Flow, Watched, prepare_course, watched_functions
-from amble.simulation.walk import apply_reset, barred
+from amble.simulation.walk import Stage, prepare_stage
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import LONGEST, TOLERANCE
 from amble.types import Matrix, Vector, frozen
@@ -58,7 +58,7 @@ class Monodromy:
 class Variational:
     """The variational equations of a system, prepared for repeated use: one flow of (x, Phi) a domain."""
 
-    steps: tuple[tuple[Domain, Transition, Flow], ...]
+    steps: tuple[tuple[Stage, Flow], ...]
 
     def __call__(self, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST) -> Monodromy:
         """Return the Poincare map and its derivative; see ``monodromy``."""
@@ -66,8 +66,9 @@ class Variational:
         size = entry.size
         factors, durations = [], []
         total = np.eye(size)
-        for domain, transition, flow in self.steps:
-            barrier = barred(domain, entry)
+        for stage, flow in self.steps:
+            domain, transition = stage.domain, stage.leaving[0]
+            barrier = stage.barred(entry)
             if barrier:
                 raise FallError(f"the motion {barrier} at the entry of domain '{domain.name}'")
             start = np.concatenate([entry, np.eye(size).reshape(-1)])
@@ -77,7 +78,7 @@ class Variational:
             clock, before = float(passed.clock[-1]), passed.state[-1, :size]
             transported = passed.state[-1, size:].reshape(size, size, order="F")
             factor = event_factor(domain, transition, clock, before) @ transported
-            entry = apply_reset(domain, transition, clock, before)
+            entry = stage.reset(0, clock, before)
             total = factor @ total
             factors.append(frozen(factor))
             durations.append(clock)
@@ -103,7 +104,9 @@ def monodromy(system: HybridSystem, state: Vector, tolerance: float = TOLERANCE,
 
 def prepare_variational(system: HybridSystem) -> Variational:
     """Build the variational equations of a system; errors as in ``monodromy``."""
-    return Variational(tuple((domain, leaving, _flow(domain, leaving)) for domain, leaving in system.cycle()))
+    return Variational(
+        tuple((prepare_stage(system, domain.name), _flow(domain, leaving)) for domain, leaving in system.cycle())
+    )
 
 
 def augmented(domain: Domain) -> ca.Function:

@@ -1,0 +1,76 @@
+"""Casadi functions (t, x, p) bound to fixed parameters and to memory of their own.
+
+A call through casadi's buffers costs a microsecond where the ordinary one, which converts every argument, costs tens.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from amble.types import NodeValues, Vector
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A function with its parameters, and the arrays that casadi reads and writes at every call."""
+
+    buffer: ca.FunctionBuffer
+    evaluate: Any
+    clock: Vector
+    state: Vector
+    parameters: Vector
+    results: tuple[Vector, ...]
+
+    def __call__(self, clock: float, state: Vector) -> tuple[Vector, ...]:
+        """Return all results of the function, flat."""
+        self._call(clock, state)
+        return tuple(result.copy() for result in self.results)
+
+    def along(self, clock: Vector, state: NodeValues) -> tuple[NodeValues, ...]:
+        """Return all results at many samples, each (n, width)."""
+        collected = tuple(np.empty((clock.size, result.size)) for result in self.results)
+        for row in range(clock.size):
+            self._call(clock[row], state[row])
+            for values, result in zip(collected, self.results, strict=True):
+                values[row] = result
+        return collected
+
+    def _call(self, clock: float, state: Vector) -> None:
+        self.clock[0] = clock
+        self.state[:] = state
+        for result in self.results:
+            result[:1] = np.nan  # a function that fails writes nothing: it must not look like its last value
+        self.evaluate()
+
+
+def bind(function: ca.Function, parameters: Vector) -> Bound:
+    """Bind a function (t, x, p) to the value of p."""
+    dense = _dense(function)
+    buffer, evaluate = dense.buffer()
+    clock, state, values = np.zeros(1), np.zeros(dense.numel_in(1)), np.array(parameters, dtype=np.float64)
+    results = tuple(np.zeros(dense.numel_out(i)) for i in range(dense.n_out()))
+    for position, array in enumerate((clock, state, values)):
+        if array.size:
+            buffer.set_arg(position, array.data)
+    for position, array in enumerate(results):
+        if array.size:
+            buffer.set_res(position, array.data)
+    return Bound(buffer, evaluate, clock, state, values, results)
+
+
+def _dense(function: ca.Function) -> ca.Function:
+    """Return the function itself, or one with dense arguments and results: buffers hold only structural nonzeros."""
+    sparsities = [
+        *(function.sparsity_in(i) for i in range(3)),
+        *(function.sparsity_out(i) for i in range(function.n_out())),
+    ]
+    if all(sparsity.is_dense() for sparsity in sparsities):
+        return function
+    symbols = [ca.MX.sym(name, *function.size_in(i)) for i, name in enumerate("txp")]
+    values = function.call(symbols)
+    names = function.name_out()
+    return ca.Function(f"{function.name()}_dense", symbols, [ca.densify(value) for value in values], list("txp"), names)
