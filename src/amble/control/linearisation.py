@@ -14,6 +14,10 @@ from amble.robot import Robot
 
 POSITION_SIZE = 3
 
+LATEST_PHASE = 1.05
+"""Phase up to which the reference polynomials are followed: beyond 1, so that the closed loop is analytic around an
+orbit whose touchdown comes at phase 1 in either direction; not far beyond, where a polynomial of high order grows."""
+
 
 @dataclass(frozen=True)
 class Feedforward:
@@ -72,12 +76,12 @@ class Linearised:
 def desired(time: ca.SX, feedforward: Feedforward) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Return y_d and its first two time derivatives, (n_a,) each.
 
-    After the planned duration the curve goes on with its last acceleration, so that a late touchdown meets a
+    After ``LATEST_PHASE`` the curve goes on with its last acceleration, so that a late touchdown meets a
     twice differentiable reference instead of a polynomial far outside its range.
     """
     T = feedforward.duration
     phase = time / T
-    inside = ca.fmin(phase, 1.0)
+    inside = ca.fmin(phase, LATEST_PHASE)
     late = (phase - inside) * T
     value, slope, curvature = bezier(feedforward.references, inside)
     rate, second = slope / T, curvature / T**2

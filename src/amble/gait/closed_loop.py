@@ -9,6 +9,7 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop, stance_loops
+from amble.control.linearisation import LATEST_PHASE
 from amble.control.outputs import selection_matrix
 from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Switch, Symmetry, Transition
@@ -54,7 +55,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
                 loop.signals,
                 loop.jacobian,
                 alive=loop.alive,
-                kinks=(planned_duration(parameters[name]),),
+                kinks=(reference_end(parameters[name]),),
             )
         )
         reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
@@ -83,9 +84,9 @@ def loop_parameters(gait: Gait, domain: str) -> Vector:
     return frozen(np.concatenate([np.asarray(part, dtype=np.float64) for part in packed]))
 
 
-def planned_duration(parameters: Vector) -> float:
-    """Return the duration among packed parameters, s; the reference curves are only continuous there."""
-    return float(parameters[0])
+def reference_end(parameters: Vector) -> float:
+    """Return the clock at which the reference polynomials end, s; the desired outputs have a kink there."""
+    return LATEST_PHASE * float(parameters[0])
 
 
 def start_state(gait: Gait) -> Vector:
@@ -150,7 +151,7 @@ def _mirrored_domain(robot: Robot, loop: StanceLoop, switch: Switch, parameters:
         ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
         ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
         alive=ca.Function("mirrored_alive", [t, x, p], [loop.alive(t, image, p)], ARGUMENTS, ["margin"]),
-        kinks=(planned_duration(parameters),),
+        kinks=(reference_end(parameters),),
     )
 
 
