@@ -26,7 +26,7 @@ def stabilize(
         list[str] | None, typer.Option(help="Coordinate with free weights.", show_default="roll, pitch, yaw")
     ] = None,
     method: Annotated[str, typer.Option(help="descent, or bilinear (the paper's matrix inequalities).")] = DESCENT,
-    target: Annotated[float, typer.Option(help="Stop at this spectral radius of a whole cycle.")] = 0.1,
+    target: Annotated[float, typer.Option(help="Stop at this spectral radius of a whole cycle.")] = 0.2,
     steps: Annotated[int, typer.Option(min=1, help="The most steps.")] = 25,
     out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
 ) -> None:
@@ -38,7 +38,7 @@ def stabilize(
 
 
 def stabilized(
-    gait: Gait, free: Sequence[str] = BASE, method: str = DESCENT, target: float = 0.1, steps: int = 25
+    gait: Gait, free: Sequence[str] = BASE, method: str = DESCENT, target: float = 0.2, steps: int = 25
 ) -> Stabilized:
     """Stabilise a gait with progress, and say how it went."""
     from typing import cast

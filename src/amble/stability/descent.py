@@ -14,6 +14,10 @@ SHARPNESS = 24.0
 SIZE_PENALTY = 1e-3
 """Weight of |theta|^2: large weights amplify disturbances; a much larger value only slows the descent."""
 
+GROWTH_PENALTY = 1.0
+"""Weight of log |A|, the Frobenius norm: a return map with a small radius may still magnify a disturbance in the first
+cycles. On ASTRo's amble, 60 evaluations: without it full-cycle radius 0.108 and half-map norm 140, with it 0.139 and 20."""
+
 
 def smooth_radius(matrix: Matrix, sharpness: float = SHARPNESS) -> tuple[float, Matrix]:
     """Return log (sum_i |lambda_i|^p)^(1/p), p the sharpness, and its slope with respect to the matrix.
@@ -31,13 +35,15 @@ def smooth_radius(matrix: Matrix, sharpness: float = SHARPNESS) -> tuple[float, 
 
 
 def descent_step(orbit: Orbit, weighting: Weighting, theta: Vector, evaluations: int) -> Vector:
-    """Improve theta by a bounded number of evaluations of L-BFGS on the smooth radius plus a penalty on |theta|^2."""
+    """Improve theta by a bounded number of evaluations of L-BFGS on the smooth radius plus the penalties."""
     from scipy.optimize import minimize
 
     def objective(trial: Vector) -> tuple[float, Vector]:
         here = weighted_map(orbit, weighting, trial)
         value, slope = smooth_radius(here.matrix)
-        return value + SIZE_PENALTY * float(trial @ trial), here.gradient(slope) + 2.0 * SIZE_PENALTY * trial
+        squares = float(np.sum(here.matrix**2))
+        value += SIZE_PENALTY * float(trial @ trial) + 0.5 * GROWTH_PENALTY * np.log(squares)
+        return value, here.gradient(slope + GROWTH_PENALTY / squares * here.matrix) + 2.0 * SIZE_PENALTY * trial
 
     options = {"maxfun": evaluations, "maxcor": 30}
     return np.asarray(minimize(objective, theta, jac=True, method="L-BFGS-B", options=options).x)

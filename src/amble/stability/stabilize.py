@@ -26,7 +26,7 @@ Method = Literal["bilinear", "descent"]
 BASE = ("roll", "pitch", "yaw")
 LONGEST_STEP = 1.0
 SHORTEST_STEP = 1e-3
-DESCENT_EVALUATIONS = 30
+DESCENT_EVALUATIONS = 60
 LARGEST_DRIFT = 1e-6
 """The fixed point may move this much under new weights; more means that the references do not reproduce the orbit."""
 
@@ -95,7 +95,7 @@ def stabilize(
     gait: Gait,
     free: Sequence[str] = BASE,
     method: Method = "descent",
-    target: float = 0.1,
+    target: float = 0.2,
     most_steps: int = 25,
     progress: Progress | None = None,
 ) -> Gait:
@@ -107,7 +107,7 @@ def stabilization(
     gait: Gait,
     free: Sequence[str] = BASE,
     method: Method = "descent",
-    target: float = 0.1,
+    target: float = 0.2,
     most_steps: int = 25,
     progress: Progress | None = None,
 ) -> Stabilized:
