@@ -1,0 +1,146 @@
+"""Commands on a gait file: a stabilised amble of ASTRo that ``amble reproduce`` wrote."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amble.simulation import load_trace
+from tests.cli.run import exit_code
+
+GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a gait and the trace of three cycles."""
+    place = tmp_path_factory.mktemp("run")
+    (place / "gait.json").write_bytes(GAIT.read_bytes())
+    assert exit_code("simulate", str(GAIT), "--cycles", "3", "--out", str(place / "trace.nc")) == 0
+    return place
+
+
+def test_simulate_writes_a_trace_and_tells_of_the_contacts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "trace.nc"
+    assert exit_code("simulate", str(GAIT), "--cycles", "2", "--perturb", "1e-4", "--seed", "3", "--out", str(out)) == 0
+    said = capsys.readouterr().out
+    assert "2 cycles" in said
+    assert f"wrote {out}" in said
+    assert "smallest normal force of a stance foot" in said
+    trace = load_trace(out)
+    assert trace.completed
+    assert trace.cycles == 2
+    again = tmp_path / "again.nc"
+    assert (
+        exit_code("simulate", str(GAIT), "--cycles", "2", "--perturb", "1e-4", "--seed", "3", "--out", str(again)) == 0
+    )
+    assert np.array_equal(load_trace(again).state, trace.state)
+
+
+def test_a_fall_exits_1_with_the_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "trace.nc"
+    # half a radian and half a metre a second on every state is no start to walk from
+    assert exit_code("simulate", str(GAIT), "--cycles", "5", "--perturb", "0.5", "--out", str(out)) == 1
+    captured = capsys.readouterr()
+    assert captured.err.splitlines()[-1].startswith("error: the motion")
+    assert not load_trace(out).completed
+
+
+def test_another_law_walks_the_same_motion(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "drop.nc"
+    assert exit_code("simulate", str(GAIT), "--cycles", "3", "--law", "drop", "--out", str(out)) == 0
+    dropped, least = load_trace(out), load_trace(folder / "trace.nc")
+    # the laws share the motion (theory.md, section 2); what differs is the integrator's error, tolerance 1e-8
+    np.testing.assert_allclose(dropped.state, least.state, atol=1e-5)
+    assert np.abs(dropped.signals["torque"] - least.signals["torque"]).max() > 1.0
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ("best", "unknown allocation law 'best'; known: pinv, drop"),
+        ("drop:joints=[fl_hip]", "unknown joint|do not fit"),
+        ("pinv:power", "'power' is not key=value"),
+        ("power:actuator=none", "unknown actuator 'none'; known: paper, datasheet"),
+    ],
+)
+def test_a_wrong_law_exits_2(law: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("simulate", str(GAIT), "--law", law, "--out", str(tmp_path / "trace.nc")) == 2
+    error = capsys.readouterr().err
+    assert any(part in error for part in message.split("|")), error
+    assert not list(tmp_path.iterdir())
+
+
+def test_compare_tabulates_both_motions(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "comparison.json"
+    words = ["--law", "drop", "--law", "pinv", "--law", "power:actuator=datasheet"]
+    assert exit_code("compare", str(GAIT), "--trace", str(folder / "trace.nc"), *words, "--out", str(out)) == 0
+    said = capsys.readouterr().out
+    assert "along the nominal motion" in said
+    assert "along the simulated motion" in said
+    numbers = json.loads(out.read_text())
+    assert set(numbers) == {"paper", "datasheet"}
+    for motion in ("nominal", "simulated"):
+        assert numbers["paper"]["pinv"][motion]["rms_torque"] < numbers["paper"]["drop"][motion]["rms_torque"]
+        assert numbers["datasheet"]["power"][motion]["cot"] < numbers["datasheet"]["pinv"][motion]["cot"]
+
+
+def test_report_fills_a_folder_and_keeps_what_is_known_of_stability(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert exit_code("report", str(folder)) == 0
+    assert "the paper's Table 1 beside ours" in capsys.readouterr().out
+    results = json.loads((folder / "results.json").read_text())
+    assert results["cycles"] == 3
+    assert "spectral_radius" not in results
+    stability = {
+        "spectral_radius": {"initial": 11.4, "stabilized": 0.12, "error": 1e-3},
+        "stabilization": {"steps": 2},
+        "multipliers": {"initial": [[-11.4, 0.0]], "stabilized": [[0.0, 0.12], [0.0, -0.12]]},
+        "section_error": 1e-9,
+        "section_distances": [1e-3, 1e-4, 1e-5],
+    }
+    (folder / "results.json").write_text(json.dumps({**results, **stability}))
+    assert exit_code("report", str(folder)) == 0
+    again = json.loads((folder / "results.json").read_text())
+    assert {key: again[key] for key in stability} == stability
+    figures = {path.name for path in (folder / "figures").iterdir()}
+    assert {"torques.png", "torques.pdf", "multipliers.png", "section_distance.pdf"} <= figures
+    assert "Spectral radius" in (folder / "report.md").read_text()
+
+
+def test_report_refuses_stability_that_is_not_complete(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "results.json").write_text('{"spectral_radius": {"stabilized": 0.12}}')
+    assert exit_code("report", str(folder)) == 2
+    assert "stability entries" in capsys.readouterr().err
+    (folder / "results.json").unlink()
+
+
+def test_export_writes_the_controller(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "controller"
+    assert exit_code("export", str(GAIT), "--law", "pinv", "-o", str(out)) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert {Path(line.removeprefix("wrote ")) for line in said} == set(out.iterdir())
+    assert (out / "amble_controller.h").exists()
+
+
+def test_a_gait_of_another_robot_exits_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tree = json.loads(GAIT.read_text())
+    tree["robot"]["links"][0]["mass"]["value"] *= 1.01
+    (tmp_path / "gait.json").write_text(json.dumps(tree))
+    assert exit_code("simulate", str(tmp_path / "gait.json"), "--out", str(tmp_path / "trace.nc")) == 2
+    assert "gait of another robot" in capsys.readouterr().err
+
+
+def test_a_changed_coefficient_fails_the_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tree = json.loads(GAIT.read_text())
+    tree["domains"]["D1"]["coefficients"]["value"][2][1] *= 1.01
+    (tmp_path / "gait.json").write_text(json.dumps(tree))
+    assert exit_code("check", str(tmp_path / "gait.json")) == 1
+    captured = capsys.readouterr()
+    assert "D1 output fl_knee" in captured.out
+    assert "FAILED" in captured.out
+    assert "the gait does not hold" in captured.err
