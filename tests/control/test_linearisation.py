@@ -1,0 +1,184 @@
+"""The closed loop against numpy and Pinocchio, the theorems of theory.md section 2, the mirror, the rank monitor."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from amble.control.linearisation import LATEST_PHASE, Feedforward, desired
+from amble.hybrid import Stance
+from amble.maths.bezier import evaluate
+from amble.types import Matrix, Vector
+from tests.control.loops import Sample, loop, packed, samples, solved_stances, weights
+from tests.oracle import oracle
+from tests.robots import robot
+
+STATES = 200
+STANCES = solved_stances()
+
+# Accelerations reach 1e4 rad/s^2 at random states, and the condition of the decoupling matrix there is up to 1e4.
+TOLERANCE = 1e-9
+
+
+@pytest.fixture(params=STANCES, ids=[stance.name for stance in STANCES])
+def stance(request: pytest.FixtureRequest) -> Stance:
+    return request.param
+
+
+def run(stance: Stance, law: str, sample: Sample, chosen: Matrix) -> tuple[Vector, ...]:
+    """Acceleration, torques, forces, pivots, null torques."""
+    return tuple(np.asarray(part).squeeze() for part in loop(stance.feet, law)(*sample.arguments(chosen)))
+
+
+def wanted(sample: Sample) -> Vector:
+    """y_a'' of the output dynamics, written out."""
+    value, rate, second = (part[0] for part in evaluate(sample.references, np.array([sample.t / sample.duration])))
+    kp, kd = sample.gains
+    rate, second = rate / sample.duration, second / sample.duration**2
+    return second - kd * (sample.v[3:] - rate) - kp * (sample.q[3:] - value)
+
+
+def affine_motion(stance: Stance, sample: Sample) -> tuple[Vector, Matrix]:
+    """f0 and G of q'' = f0 + G u, from Pinocchio's terms and one dense solve."""
+    model, theirs = robot("astro"), oracle("astro")
+    rows = [3 * model.foot_names.index(foot) + axis for foot in stance.feet for axis in range(3)]
+    mass, bias = theirs.mass_matrix(sample.q), theirs.bias(sample.q, sample.v)
+    jacobian, contact_bias = theirs.jacobian(sample.q)[rows], theirs.jacobian_bias(sample.q, sample.v)[rows]
+    system = np.block([[mass, -jacobian.T], [jacobian, np.zeros((len(rows), len(rows)))]])
+    inputs = np.zeros((len(system), len(model.joints)))
+    inputs[6 : model.size] = np.eye(len(model.joints))
+    free = np.linalg.solve(system, np.concatenate([-bias, -contact_bias]))
+    return free[: model.size], np.linalg.solve(system, inputs)[: model.size]
+
+
+def test_torques_are_those_of_numpys_pseudo_inverse(stance: Stance) -> None:
+    chosen = weights(stance)
+    for sample, mixed in samples(STATES, seed=1, mixed=True):
+        for H in (chosen, mixed):
+            assert H is not None
+            free, inputs = affine_motion(stance, sample)
+            A, r = H @ inputs[3:], H @ (wanted(sample) - free[3:])
+            expected = np.linalg.pinv(A) @ r
+            acceleration, torques, *_ = run(stance, "pinv", sample, H)
+            rounding = 1e-13 * np.linalg.cond(A)  # condition times the rounding of both sides
+            np.testing.assert_allclose(torques, expected, atol=rounding * np.abs(expected).max())
+            moved = free + inputs @ expected
+            np.testing.assert_allclose(acceleration, moved, atol=rounding * np.abs(moved).max())
+
+
+def test_the_output_dynamics_hold_and_so_do_the_equations_of_motion(stance: Stance) -> None:
+    model, theirs, chosen = robot("astro"), oracle("astro"), weights(stance)
+    rows = [3 * model.foot_names.index(foot) + axis for foot in stance.feet for axis in range(3)]
+    for sample, _ in samples(STATES, seed=2):
+        acceleration, torques, forces, _, _ = run(stance, "drop", sample, chosen)
+        scale = np.abs(acceleration).max()
+        np.testing.assert_allclose(chosen @ (acceleration[3:] - wanted(sample)), 0.0, atol=TOLERANCE * scale)
+        jacobian = theirs.jacobian(sample.q)[rows]
+        balance = theirs.inverse_dynamics(sample.q, sample.v, acceleration) - jacobian.T @ forces
+        balance[6:] -= torques
+        np.testing.assert_allclose(balance, 0.0, atol=TOLERANCE * np.abs(forces).max())
+        contact = jacobian @ acceleration + theirs.jacobian_bias(sample.q, sample.v)[rows]
+        np.testing.assert_allclose(contact, 0.0, atol=TOLERANCE * scale)
+
+
+def test_laws_differ_in_torque_but_not_in_motion(stance: Stance) -> None:
+    """theory.md, section 2: with A of full row rank, all u with A u = r cause one acceleration."""
+    model, chosen = robot("astro"), weights(stance)
+    rear = next(foot for foot in stance.feet if foot.startswith("r"))
+    dropped = model.joint_index(f"{rear}_hip_pitch")
+    for sample, _ in samples(STATES, seed=3):
+        acceleration, smallest, forces, _, null = run(stance, "pinv", sample, chosen)
+        same, torques, other_forces, _, _ = run(stance, "drop", sample, chosen)
+        np.testing.assert_allclose(same, acceleration, atol=TOLERANCE * np.abs(acceleration).max())
+        assert abs(torques[dropped]) <= TOLERANCE * np.abs(torques).max()
+        assert np.linalg.norm(smallest) <= np.linalg.norm(torques) * (1.0 + 1e-12)
+        difference = torques - smallest
+        along = null * (null @ difference) / (null @ null)
+        np.testing.assert_allclose(difference, along, atol=TOLERANCE * np.abs(torques).max())
+        # the force difference is a squeeze along the line between the feet: no net force
+        net = (other_forces - forces).reshape(-1, 3).sum(axis=0)
+        np.testing.assert_allclose(net, 0.0, atol=TOLERANCE * np.abs(other_forces).max())
+
+
+def test_null_torques_cause_no_motion(stance: Stance) -> None:
+    for sample, _ in samples(50, seed=4):
+        _, inputs = affine_motion(stance, sample)
+        null = run(stance, "pinv", sample, weights(stance))[4]
+        assert np.linalg.norm(null) > 1e-3
+        np.testing.assert_allclose(inputs @ null, 0.0, atol=1e-11 * np.abs(inputs).max() * np.linalg.norm(null))
+        assert np.linalg.matrix_rank(inputs, tol=1e-9 * np.abs(inputs).max()) == 11
+
+
+def test_the_loop_is_symmetric_under_the_mirror(stance: Stance) -> None:
+    """The mirrored stance at the mirrored state, with mirrored references, moves as the mirror image."""
+    mirror = robot("astro").mirror
+    twin = Stance("twin", tuple(foot for foot in robot("astro").foot_names if foot in _twins(stance)))
+    swap = mirror.coordinates.matrix[3:, 3:]
+    for sample, mixed in samples(50, seed=5, mixed=True):
+        assert mixed is not None
+        image = Sample(
+            mirror.position(sample.q),
+            mirror.position(sample.v),
+            sample.t,
+            sample.duration,
+            sample.gains,
+            swap @ sample.references,
+        )
+        ours, theirs = run(stance, "pinv", sample, mixed), run(twin, "pinv", image, mixed @ swap.T)
+        scale = TOLERANCE * np.abs(ours[0]).max()
+        np.testing.assert_allclose(theirs[0], mirror.position(ours[0]), atol=scale)
+        np.testing.assert_allclose(theirs[1], mirror.torque(ours[1]), atol=scale)
+
+
+def _twins(stance: Stance) -> set[str]:
+    return {robot("astro").mirror.feet[foot] for foot in stance.feet}
+
+
+def test_the_smallest_pivot_tells_a_lost_rank(stance: Stance) -> None:
+    """Outputs that leave out a swing joint instead of a stance joint cannot be decoupled (theory.md, section 2)."""
+    model, sound = robot("astro"), weights(stance)
+    swing = next(foot for foot in model.foot_names if foot not in stance.feet)
+    coordinates = [j for j in range(len(model.joints)) if j != model.joint_index(f"{swing}_knee")]
+    singular = np.eye(model.size - 3)[3:][coordinates]
+    for sample, _ in samples(50, seed=6):
+        healthy, lost = (run(stance, "pinv", sample, H)[3].min() for H in (sound, singular))
+        assert healthy > 1e-3
+        assert lost < 1e-9
+
+
+def test_smallest_pivot_is_never_below_the_smallest_singular_value(stance: Stance) -> None:
+    chosen = weights(stance)
+    for sample, _ in samples(50, seed=7):
+        _, inputs = affine_motion(stance, sample)
+        *_, pivots, null = run(stance, "pinv", sample, chosen)
+        values = np.linalg.svd(np.vstack([chosen @ inputs[3:], null]), compute_uv=False)
+        assert pivots.min() >= values[-1] * (1.0 - 1e-9)
+
+
+def curves() -> tuple[ca.Function, Matrix]:
+    """(t, p) -> y_d, y_d', y_d'', with its references."""
+    references, t = np.random.default_rng(8).normal(size=(4, 6)), ca.SX.sym("t")
+    feedforward = Feedforward.symbols(2, 4, 5)
+    return ca.Function("desired", [t, feedforward.packed()], list(desired(t, feedforward))), references
+
+
+def test_the_desired_motion_is_its_bezier_curve() -> None:
+    function, references = curves()
+    p = packed(0.4, (1.0, 1.0), references, np.zeros((2, 4)))
+    for t in np.linspace(0.0, 0.4 * LATEST_PHASE, 9):
+        value, first, second = (part[0] for part in evaluate(references, np.array([t / 0.4])))
+        for ours, theirs in zip(function(t, p), (value, first / 0.4, second / 0.16), strict=True):
+            np.testing.assert_allclose(np.asarray(ours).ravel(), theirs, atol=1e-11)
+
+
+def test_after_its_end_the_desired_motion_keeps_its_acceleration() -> None:
+    function, references = curves()
+    p = packed(0.4, (1.0, 1.0), references, np.zeros((2, 4)))
+    end = 0.4 * LATEST_PHASE
+    value, rate, second = (np.asarray(part).ravel() for part in function(end, p))
+    for late in (0.01, 0.2):
+        later = [np.asarray(part).ravel() for part in function(end + late, p)]
+        np.testing.assert_allclose(later[0], value + rate * late + 0.5 * second * late**2, atol=1e-11)
+        np.testing.assert_allclose(later[1], rate + second * late, atol=1e-11)
+        np.testing.assert_allclose(later[2], second, atol=1e-10)

@@ -1,0 +1,113 @@
+"""Which coordinates a domain controls: defaults, choices, and the choices that are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from amble.control.outputs import (
+    Outputs,
+    actuated_freedoms,
+    controllable,
+    joint_outputs,
+    rear_hip_pitch,
+    selection_matrix,
+)
+from amble.errors import InputError, UnknownNameError
+from amble.hybrid import constrained_dynamics, gait_pattern
+from amble.hybrid.gaits import amble, trot
+from amble.robot import Robot
+from tests.control.allocation.stances import random_postures
+from tests.robots import ROBOTS, robot
+
+HIP_PITCH = {"astro": "rr_hip_pitch", "astro_cad": "rr_hip_pitch", "solo12": "HR_HFE", "go2": "RR_thigh_joint",
+             "anymal_b": "RH_HFE"}  # fmt: skip
+
+
+def astro() -> Robot:
+    return robot("astro")
+
+
+def test_the_amble_leaves_the_rear_stance_hip_pitch_out() -> None:
+    outputs = joint_outputs(amble(astro()))
+    assert outputs.order == 4
+    for name, free in (("D1", "rl_hip_pitch"), ("D2", "rr_hip_pitch")):
+        expected = tuple(joint for joint in astro().joint_names if joint != free)
+        assert outputs.of(name).coordinates == expected
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_rear_hip_pitch_is_found_by_geometry(name: str) -> None:
+    stance = trot(robot(name)).stance("D1")
+    assert stance.feet == tuple(foot for foot in robot(name).foot_names if foot in ("fl", "rr"))
+    assert rear_hip_pitch(robot(name), stance) == (HIP_PITCH[name],)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 4])
+def test_actuated_freedoms_is_the_rank_of_the_input_map(count: int) -> None:
+    import casadi as ca
+
+    model, feet = astro(), astro().foot_names[:count]
+    q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
+    motion = constrained_dynamics(model, feet, q, v)
+    function = ca.Function("G", [q, v], [motion.input_map])
+    for pose, rate in zip(*random_postures("astro", 5, seed=31), strict=True):
+        inputs = np.asarray(function(pose, rate).full())
+        values = np.linalg.svd(inputs, compute_uv=False)
+        assert np.sum(values > 1e-9 * values[0]) == actuated_freedoms(model, feet)
+
+
+def test_one_foot_and_no_foot_leave_nothing_out() -> None:
+    pattern = gait_pattern(astro(), [("fl",), ()])
+    outputs = joint_outputs(pattern)
+    assert all(len(outputs.of(name).coordinates) == 12 for name in ("D1", "D2"))
+
+
+def test_the_user_may_choose() -> None:
+    outputs = joint_outputs(amble(astro()), order=5, free={"D1": ["fr_knee"]})
+    assert outputs.order == 5
+    assert "fr_knee" not in outputs.of("D1").coordinates
+    assert "rl_hip_pitch" in outputs.of("D1").coordinates
+    assert "rr_hip_pitch" not in outputs.of("D2").coordinates  # D2 keeps its default
+
+
+def test_selection_matrix_picks_the_controlled_coordinates() -> None:
+    outputs = joint_outputs(amble(astro()))
+    names = controllable(astro())
+    assert names[:4] == ("roll", "pitch", "yaw", astro().joint_names[0])
+    matrix = selection_matrix(astro(), outputs.of("D1"))
+    picked = [names[int(place)] for place in matrix @ np.arange(len(names))]
+    assert tuple(picked) == outputs.of("D1").coordinates
+    np.testing.assert_array_equal(matrix @ matrix.T, np.eye(11))
+
+
+THREE = (("fl", "fr", "rl"), ("fl", "fr", "rl", "rr"))
+REFUSED: list[tuple[Callable[[], Outputs], type[InputError], str]] = [
+    (lambda: joint_outputs(amble(astro()), order=2), InputError, "at least 3"),
+    (lambda: joint_outputs(amble(astro()), free={"D3": []}), UnknownNameError, "unknown domain 'D3'; known: D1, D2"),
+    (lambda: joint_outputs(amble(astro()), free={"D1": ["knee"]}), UnknownNameError, "unknown joint 'knee'; known: "),
+    (
+        lambda: joint_outputs(amble(astro()), free={"D1": ["fr_knee", "rl_knee"]}),
+        InputError,
+        "has 11 actuated degrees of freedom, but 10 outputs .left out: fr_knee, rl_knee",
+    ),
+    (lambda: joint_outputs(gait_pattern(astro(), THREE)), InputError, "with 3 feet leaves out has no default"),
+]
+
+
+@pytest.mark.parametrize(("build", "error", "says"), REFUSED, ids=[says for *_, says in REFUSED])
+def test_refused(build: Callable[[], Outputs], error: type[InputError], says: str) -> None:
+    with pytest.raises(error, match=says):
+        build()
+
+
+def test_an_unknown_domain_says_what_is_known() -> None:
+    with pytest.raises(UnknownNameError, match="unknown domain 'D9'; known: D1, D2"):
+        joint_outputs(amble(astro())).of("D9")
+
+
+def test_stances_beyond_four_feet_are_refused() -> None:
+    with pytest.raises(InputError, match="up to four feet"):
+        actuated_freedoms(astro(), ["a", "b", "c", "d", "e"])
