@@ -166,7 +166,9 @@ def _through_law(at: Terms, motion: Motion, law: AllocationLaw, method: str) -> 
     """Evaluate ``law.choose`` or ``law.rows`` at numbers."""
     points, joints, k = at.null.shape
     contacts = at.internal.shape[1]
-    u, N = ca.SX.sym("u", joints), ca.SX.sym("N", joints, k)
+    standing = ca.DM(joints, k)  # only torques of stance legs can change; a law may read that from the pattern of N
+    standing[[at.robot.joint_index(joint) for foot in at.feet for joint in at.robot.legs[foot]], :] = 1.0
+    u, N = ca.SX.sym("u", joints), ca.SX.sym("N", standing.sparsity())
     lam, W, speeds = ca.SX.sym("lambda", contacts), ca.SX.sym("W", contacts, k), ca.SX.sym("speeds", joints)
     redundancy = Redundancy(at.robot, at.feet, u, N, lam, W, speeds)
     function = ca.Function("law", [u, N, lam, W, speeds], [ca.densify(getattr(law, method)(redundancy))])
