@@ -15,7 +15,7 @@ run: $(VENV)/run.stamp  ## the whole paper: gait, certificate, 500 cycles, table
 	$(VENV)/bin/amble reproduce --out runs/astro-amble
 
 test: $(VENV)/develop.stamp  ## all tests, two at a time
-	$(VENV)/bin/python -m pytest -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile
 
 lint: $(VENV)/develop.stamp  ## style, types, layers
 	$(VENV)/bin/ruff check .
