@@ -15,8 +15,10 @@ from amble.simulation.walking import simulate_gait
 from amble.stability.bilinear import bilinear_step, metric
 from amble.stability.contraction import section_distances
 from amble.stability.descent import smooth_radius
+from amble.stability.leading_mode import leading_mode
 from amble.stability.monodromy import monodromy
 from amble.stability.own_orbit import own_fixed_point
+from amble.stability.spectrum import multipliers
 from amble.stability.stabilize import NotStabilizedError, Stabilized, _Search, stabilization
 from amble.stability.weighted_map import WeightedMap
 
@@ -132,6 +134,15 @@ def test_perturbed_start_returns_to_the_orbit(stabilized: Stabilized) -> None:
     distance = section_distances(closed_loop(gait), trace.section, start_state(gait))
     assert distance[0] > 1e-4
     assert distance[-1] < 1e-6
+
+
+def test_simulated_contraction_agrees_with_the_radius(stabilized: Stabilized) -> None:
+    """Within 10 %, as asked for; the nonlinearity at 1e-5 leaves about a percent."""
+    system = closed_loop(stabilized.gait)
+    state = start_state(stabilized.gait)
+    mode = leading_mode(system, state, multipliers(system, state))
+    assert mode.predicted == pytest.approx(stabilized.radius, rel=1e-4)
+    assert mode.difference < 0.1
 
 
 def test_without_free_weights_the_orbit_stays_unstable(walking_gait: Gait) -> None:

@@ -73,14 +73,16 @@ def _walk(gait: Gait, cycles: int, tolerance: float, perturb: float, out: Path) 
 def _report(out: Path, found: Stabilized, certificate: Certificate, trace: Trace, beside: Trace, clock: _Clock) -> None:
     """Write the page, the figures and the numbers, and print the table."""
     from amble.report.assembly import assemble, perturbed_results
-    from amble.report.certification import distances, initial_spectrum
+    from amble.report.certification import distances, initial_spectrum, measured_mode
     from amble.report.run import main_table, write_run
     from amble.report.stability_results import stability_of
 
     with progress("measuring"):
         apart = distances(found.gait, beside, certificate)
         near = distances(found.gait, trace, certificate)
-        stability = stability_of(initial_spectrum(found.gait), found, certificate, near, apart)
+        stability = stability_of(
+            initial_spectrum(found.gait), found, certificate, near, apart, measured_mode(found.gait, certificate)
+        )
         extra = {"perturbed": perturbed_results(found.gait, beside, PERTURBATION, SEED)}
         settings = {
             "tolerance of the simulation": f"{trace.tolerance:g}",

@@ -11,6 +11,7 @@ from amble.hybrid import HybridSystem
 from amble.metrics import ContactBounds, contact_report
 from amble.simulation import Trace, simulate
 from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
+from amble.stability.leading_mode import LeadingMode, leading_mode
 from amble.stability.own_orbit import own_fixed_point
 from amble.types import Vector
 
@@ -51,3 +52,8 @@ def contact_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple
     bounds = replace(ContactBounds.of_limits(gait.limits), torques={}, speeds={})
     trace = simulate(system, state, 1, TOLERANCE)
     return tuple(worst.row for worst in contact_report(trace, gait.pattern, bounds).rows)
+
+
+def measured_mode(gait: Gait, certificate: Certificate) -> LeadingMode:
+    """Measure the decay of the leading mode in simulation of the full cycle."""
+    return leading_mode(closed_loop(gait), certificate.state, certificate.spectrum)

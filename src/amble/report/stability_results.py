@@ -11,14 +11,28 @@ from numpy.typing import NDArray
 from amble.errors import InputError
 from amble.report.run import Stability
 from amble.stability import Certificate, Spectrum
+from amble.stability.leading_mode import LeadingMode
 from amble.stability.stabilize import Stabilized
 from amble.types import Json, Vector, frozen
 
-KEYS = ("spectral_radius", "stabilization", "multipliers", "section_error", "section_distances")
+KEYS = (
+    "spectral_radius",
+    "stabilization",
+    "multipliers",
+    "contraction",
+    "section_error",
+    "section_error_perturbed",
+    "section_distances",
+)
 
 
 def stability_of(
-    before: Spectrum, stabilized: Stabilized, certificate: Certificate, near: Vector, apart: Vector
+    before: Spectrum,
+    stabilized: Stabilized,
+    certificate: Certificate,
+    near: Vector,
+    apart: Vector,
+    mode: LeadingMode,
 ) -> Stability:
     """Collect the record.
 
@@ -28,6 +42,7 @@ def stability_of(
         certificate: of the stabilised gait, full cycle.
         near: distance to the fixed point at the entry of every cycle simulated from the orbit, (cycles + 1,).
         apart: the same, simulated from a perturbed start.
+        mode: the leading mode's decay, measured in simulation.
     """
     after = certificate.spectrum.multipliers
     results: Json = {
@@ -44,7 +59,9 @@ def stability_of(
             "reason": stabilized.reason,
         },
         "multipliers": {"initial": _pairs(before.multipliers), "stabilized": _pairs(after)},
+        "contraction": {"measured": mode.rate, "predicted": mode.predicted, "relative_difference": mode.difference},
         "section_error": float(near[-1]),
+        "section_error_perturbed": float(apart[-1]),
         "section_distances": [float(value) for value in apart],
     }
     return Stability(before.multipliers, after, float(certificate.radius), frozen(apart), results)

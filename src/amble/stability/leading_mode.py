@@ -1,0 +1,69 @@
+"""The leading multiplier measured in simulation: a start moved along its mode, and how fast that mode decays.
+
+With A w_r = lambda w_r and w_l^H A = lambda w_l^H, the coordinate w_l^H dx of a small deviation is multiplied by lambda
+in every cycle, whatever the other modes do; of a deviation as such only the slowest mode's decay is left after many
+cycles, when it has sunk into the integrator's error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.errors import FallError
+from amble.hybrid import HybridSystem
+from amble.simulation import simulate
+from amble.stability.group import closest_shift
+from amble.stability.spectrum import Spectrum
+from amble.types import Vector
+
+SIZE = 1e-5
+CYCLES = 3
+TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True)
+class LeadingMode:
+    """A measured contraction.
+
+    Attributes:
+        rate: factor by which the leading mode shrinks in a simulated cycle, geometric mean.
+        predicted: the spectral radius.
+        cycles: cycles simulated.
+    """
+
+    rate: float
+    predicted: float
+    cycles: int
+
+    @property
+    def difference(self) -> float:
+        """Relative difference of the two."""
+        return abs(self.rate - self.predicted) / self.predicted
+
+
+def leading_mode(system: HybridSystem, state: Vector, spectrum: Spectrum, cycles: int = CYCLES) -> LeadingMode:
+    """Simulate a start moved along the leading mode and measure its decay.
+
+    Args:
+        system: the system.
+        state: the fixed point, (n_x,).
+        spectrum: of the Poincare map there.
+        cycles: how many cycles.
+
+    Raises:
+        FallError: the motion does not come back.
+    """
+    values, right = np.linalg.eig(spectrum.matrix)
+    leading = int(np.argmax(np.abs(values)))
+    left = np.linalg.inv(right)[leading]
+    direction = np.real(right[:, leading])
+    start = state + SIZE * spectrum.basis @ (direction / np.linalg.norm(direction))
+    trace = simulate(system, start, cycles, TOLERANCE, samples=2)
+    if not trace.completed:
+        raise FallError(trace.ended)
+    deviations = [row - closest_shift(system, state, row).image for row in trace.section]
+    sizes = [abs(left @ (spectrum.basis.T @ deviation)) for deviation in deviations]
+    rate = float((sizes[-1] / sizes[0]) ** (1.0 / cycles))
+    return LeadingMode(rate, float(np.abs(values[leading])), cycles)
