@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amble.gait import Gait
-from amble.synthesis.guess import standing
+from amble.synthesis.guess import walking
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import build_program
 from amble.synthesis.rank import require_full_rank
@@ -24,7 +24,7 @@ def synthesize(
 
     Args:
         problem: the problem.
-        start: a gait of the same pattern to start from; by default the robot stands in the problem's posture.
+        start: a gait of the same pattern to start from; by default a walk that kinematics alone draws.
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up after so many.
         progress: called after every iteration.
@@ -34,7 +34,7 @@ def synthesize(
     """
     program = build_program(problem)
     layout = program.layout
-    natural = standing(problem, layout) if start is None else from_gait(start, layout)
+    natural = walking(problem, layout) if start is None else from_gait(start, layout)
     require_full_rank(program, natural / layout.scale)
     solution = solve(
         program,
