@@ -53,6 +53,7 @@ _HOME = {
     "gait_problem": "amble.synthesis",
     "gaits": "amble.hybrid.gaits",
     "joint_outputs": "amble.control.outputs",
+    "law_table": "amble.report",
     "load_gait": "amble.gait.files",
     "load_robot": "amble.robot",
     "load_trace": "amble.simulation",
