@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amble.stability.pseudospectrum import pseudospectral_radius, radius
+from amble.stability.pseudospectrum import largest_radius, pseudospectral_radius, radius
 
 
 @pytest.mark.parametrize("size", [1e-10, 1e-6, 1e-2, 1.0])
@@ -34,3 +34,21 @@ def test_no_perturbation_exceeds_it() -> None:
 
 def test_without_a_perturbation_nothing_moves() -> None:
     assert pseudospectral_radius(np.diag([0.5, -0.7]), 0.0) == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e4])
+def test_the_bound_holds_and_is_sharper_in_suitable_coordinates(scale: float) -> None:
+    rng = np.random.default_rng(8)
+    stretch = np.diag([1.0, scale, 1.0, scale])
+    matrix = stretch @ (0.4 * rng.normal(size=(4, 4))) @ np.linalg.inv(stretch)
+    doubt = stretch @ (1e-6 * rng.normal(size=(4, 4))) @ np.linalg.inv(stretch)
+    bound = largest_radius(matrix, [doubt])
+    for sign in (1, -1):
+        assert radius(matrix + sign * doubt) <= bound
+    assert bound <= pseudospectral_radius(matrix, float(np.linalg.norm(doubt, 2)))
+    assert bound - radius(matrix) < 1e-4
+
+
+def test_a_map_that_forgets_everything_has_a_bound() -> None:
+    assert largest_radius(np.zeros((3, 3)), [1e-6 * np.eye(3)]) == pytest.approx(1e-6, rel=1e-2)
+    assert largest_radius(np.eye(3, k=1), [1e-9 * np.eye(3)]) <= 1.01e-3

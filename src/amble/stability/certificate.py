@@ -3,7 +3,8 @@
 The orbit is exponentially stable when the spectral radius of the reduced return map A is below 1. The certificate holds
 A by variational equations, and by differences of the whole map as a second opinion. The error bar of the radius is
 rho_e(A) - rho(A), where rho_e is the pseudospectral radius: the largest radius that any perturbation of size e of A can
-give, with e the distance of the two matrices plus the change of A under the last step of a tolerance sweep.
+give, with e the distance of the two matrices plus the change of A under the last step of a tolerance sweep, in
+coordinates that suit A (``pseudospectrum``).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from amble.stability.differences import Differences, difference_check
 from amble.stability.group import closest_shift
 from amble.stability.monodromy import prepare_variational
 from amble.stability.poincare import LONGEST
-from amble.stability.pseudospectrum import pseudospectral_radius
+from amble.stability.pseudospectrum import largest_radius
 from amble.stability.spectrum import Spectrum, spectrum
 from amble.types import Json, Matrix, Vector, frozen
 
@@ -121,9 +122,8 @@ def assess(
     _, there, best = swept[-1]
     differences = difference_check(system, entry, longest=longest)
     second = spectrum(system, entry, there.image, differences.matrix)
-    distance = float(np.linalg.norm(best.matrix - second.matrix, 2))
     previous = swept[max(len(swept) - 2, 0)][2]
-    doubt = distance + float(np.linalg.norm(best.matrix - previous.matrix, 2))
+    doubts = (best.matrix - second.matrix, best.matrix - previous.matrix)
     shift = closest_shift(system, entry, there.image)
     names = [symmetry.name for symmetry in system.symmetries]
     return Certificate(
@@ -133,8 +133,8 @@ def assess(
         period=there.period,
         shift=dict(zip(names, map(float, shift.amounts), strict=True)),
         spectrum=best,
-        error=pseudospectral_radius(best.matrix, doubt) - best.radius,
-        disagreement=distance / float(np.linalg.norm(best.matrix, 2)),
+        error=largest_radius(best.matrix, doubts) - best.radius,
+        disagreement=float(np.linalg.norm(doubts[0], 2) / np.linalg.norm(best.matrix, 2)),
         sweep=tuple((tolerance, candidate.radius) for tolerance, _, candidate in swept),
         differences=differences,
         lyapunov=lyapunov_matrix(best.matrix) if best.radius < 1.0 else None,

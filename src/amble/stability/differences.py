@@ -19,8 +19,8 @@ from amble.hybrid import HybridSystem
 from amble.stability.poincare import LONGEST, poincare_map
 from amble.types import Matrix, Vector, frozen
 
-STEPS = (1e-3, 1e-4, 1e-5, 1e-6)
-TOLERANCE = 1e-13
+STEPS = (1e-3, 1e-4, 1e-5)
+TOLERANCE = 1e-12
 GOOD_ENOUGH = 1e-9
 """Relative distance of two neighbours in the sweep below which no smaller step is tried."""
 

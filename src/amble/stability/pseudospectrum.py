@@ -2,17 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from amble.types import Matrix, Vector
 
 ANGLES = 181
 BISECTIONS = 40
+LIFT, SMALLEST = 1.1, 1e-4
+"""How far above the radius the Lyapunov function is asked for, and its least value relative to the norm."""
+
+DOUBLINGS = 10
+WORST_CONDITION = 1e12
+"""Coordinates whose Lyapunov function is worse conditioned than this are not used."""
 
 
 def radius(matrix: Matrix) -> float:
     """Spectral radius."""
     return float(np.abs(np.linalg.eigvals(matrix)).max())
+
+
+def largest_radius(matrix: Matrix, doubts: Sequence[Matrix]) -> float:
+    """Bound the spectral radius of a matrix that is known up to some perturbations.
+
+    The bound is the pseudospectral radius for the sum of the norms of the perturbations. It holds in any coordinates,
+    and a return map is far from normal in those of the states (positions beside velocities, multipliers near 0), so it
+    is taken in three, and the smallest one counts: as given, balanced, and where a quadratic Lyapunov function of
+    A / r, with r a little above the radius, is the square of the norm, so that the norm of A is about its radius.
+
+    Args:
+        matrix: A.
+        doubts: matrices whose sizes measure how well A is known.
+    """
+    bounds = []
+    for forward, back in _coordinates(matrix):
+        size = sum(float(np.linalg.norm(forward @ doubt @ back, 2)) for doubt in doubts)
+        bounds.append(pseudospectral_radius(forward @ matrix @ back, size))
+    return min(bounds)
+
+
+def _coordinates(matrix: Matrix) -> list[tuple[Matrix, Matrix]]:
+    """Return changes of coordinates with their inverses: none, balanced, and balanced with a Lyapunov function."""
+    from scipy.linalg import matrix_balance
+
+    identity = np.eye(len(matrix))
+    balanced, (scales, _) = matrix_balance(matrix, permute=False, separate=True)
+    found = [(identity, identity), (np.diag(1.0 / scales), np.diag(scales))]
+    reached = max(LIFT * radius(matrix), SMALLEST * float(np.linalg.norm(balanced, 2)))
+    if reached > 0:
+        weight = _accumulated(balanced / reached)
+        if np.all(np.isfinite(weight)) and np.linalg.cond(weight) < WORST_CONDITION:
+            forward = np.linalg.cholesky(weight).T
+            found.append((forward / scales, scales[:, np.newaxis] * np.linalg.inv(forward)))
+    return found
+
+
+def _accumulated(matrix: Matrix) -> Matrix:
+    """Sum (B^k)^T B^k over all k, the solution of B^T W B - W = -1, by doubling (Smith, SIAM J. Appl. Math. 16, 1968).
+
+    A direct solution would lose the positive definite W where B is far from normal.
+    """
+    weight, power = np.eye(len(matrix)), matrix
+    with np.errstate(over="ignore", invalid="ignore"):  # the caller checks that the sum is finite
+        for _ in range(DOUBLINGS):
+            weight = weight + power.T @ weight @ power
+            power = power @ power
+    return np.asarray(0.5 * (weight + weight.T))
 
 
 def pseudospectral_radius(matrix: Matrix, size: float) -> float:
