@@ -1,7 +1,7 @@
 """The Runge-Kutta method of the simulation as data that checks itself: DOP853, order 8 with dense output of order 7.
 
 The coefficients are those of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.10, as
-scipy carries them. Chosen by measurement (docs/performance.md): a domain restarts the integration, where a one-step
+scipy carries them. Chosen by measurement (docs/decisions.md): a domain restarts the integration, where a one-step
 method of high order is at full order at once and a multistep method begins at order 1.
 """
 
