@@ -64,10 +64,11 @@ def chooser(name: str, count: int, law: AllocationLaw) -> ca.Function:
     return ca.Function("choose", symbols, [s, *law.diagnostics(redundancy, s).values()])
 
 
-def choose(name: str, count: int, law: AllocationLaw, sample: Sample) -> Vector:
-    """Evaluate a law at one sample."""
-    function = chooser(name, count, law)
-    return function(sample.torques, sample.null, sample.forces, sample.squeeze, sample.speeds)
+def choose(name: str, count: int, law: AllocationLaw, sample: Sample) -> list[Vector]:
+    """Evaluate a law at one sample: s, then its diagnostics."""
+    parts = (sample.torques, sample.null, sample.forces, sample.squeeze, sample.speeds)
+    found = chooser(name, count, law).call([ca.DM(part) for part in parts])
+    return [np.asarray(part.full()).ravel() for part in found]
 
 
 def random_postures(name: str, count: int, seed: int) -> tuple[Matrix, Matrix]:

@@ -100,8 +100,9 @@ def lowest_with_kinks(curvature: ca.SX, slope: ca.SX, kinks: Sequence[ca.SX], we
 def lowest_peak(values: Sequence[ca.SX], slopes: Sequence[ca.SX]) -> ca.SX:
     """Return the s that minimises max_j |a_j + b_j s| over two or more lines (eq. 10 and 11).
 
-    The minimum is the highest crossing of a rising with a falling line. Of two lines turned so that b_i, b_k >= 0, the
-    one's positive and the other's negative cross at |b_i a_k - b_k a_i| / (b_i + b_k), s = -(a_i + a_k) / (b_i + b_k).
+    The minimum t is the highest crossing of a rising with a falling line: of two lines turned so that b_i, b_k >= 0, one's
+    positive and the other's negative cross at |b_i a_k - b_k a_i| / (b_i + b_k). All s with |a_j + b_j s| <= t are one
+    point, or an interval where lines that hardly rise set the peak; then its middle is taken.
 
     Args:
         values: a_j.
@@ -109,10 +110,9 @@ def lowest_peak(values: Sequence[ca.SX], slopes: Sequence[ca.SX]) -> ca.SX:
     """
     b = [ca.fabs(slope) for slope in slopes]
     a = [ca.if_else(slope < 0, -value, value) for value, slope in zip(values, slopes, strict=True)]
-    best, s = ca.SX(-1.0), ca.SX(0.0)
+    peak = ca.SX(0.0)
     for i, k in combinations(range(len(a)), 2):
         steepness = b[i] + b[k]
-        peak = ca.if_else(steepness > 0, ca.fabs(b[i] * a[k] - b[k] * a[i]) / steepness, -2.0)
-        s = ca.if_else(peak > best, -(a[i] + a[k]) / steepness, s)
-        best = ca.fmax(peak, best)
-    return s
+        peak = ca.fmax(peak, ca.if_else(steepness > 0, ca.fabs(b[i] * a[k] - b[k] * a[i]) / steepness, 0.0))
+    kept = common([band(value, slope, peak) for value, slope in zip(a, b, strict=True)])
+    return 0.5 * (kept.lower + kept.upper)

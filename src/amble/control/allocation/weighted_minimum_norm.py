@@ -29,6 +29,8 @@ class WeightedMinimumNorm(AllocationLaw):
 
     def __post_init__(self) -> None:
         """Refuse weights without a minimum."""
+        if not isinstance(self.weights, Mapping):
+            raise InputError(f"the weights are {self.weights}, not a number for every joint")
         for joint, weight in self.weights.items():
             if not (isfinite(weight) and weight > 0.0):
                 raise InputError(f"the weight of joint '{joint}' is {weight}; it must be finite and positive")
