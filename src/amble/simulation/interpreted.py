@@ -93,7 +93,7 @@ class InterpretedFlow:
         def value(clock: float) -> float:
             return self._value(item, clock, piece(clock))
 
-        return float(brentq(value, earlier, later, xtol=1e-15, rtol=1e-15))
+        return float(brentq(value, earlier, later, xtol=1e-15, rtol=1e-15, maxiter=1000))
 
 
 def prepare(course: Course) -> InterpretedFlow:
