@@ -45,14 +45,15 @@ def at_weights(search: _Search) -> WeightedMap:
 def test_collocated_jacobian_equals_adaptive_variational_equations(search: _Search) -> None:
     """Two code paths: Gauss collocation on the stored orbit, and the adaptive flow of (x, Phi).
 
-    The collocation has order 10 in panels of a twelfth of a domain; 1e-7 leaves room for both tolerances.
+    The references miss the orbit by up to 1e-6 rad/s, which the random weights feed back, so that the adaptive flow
+    follows a motion that differs from the stored orbit by about as much; 1e-5 of the largest entry leaves room for it.
     """
     theta = np.random.default_rng(4).normal(scale=0.1, size=WEIGHTS)
     gait = search.gait_with(theta)
     matrix = monodromy(closed_loop(gait, half=True), search.orbit.start).matrix
     expected = search.orbit.basis.T @ matrix @ search.orbit.basis
     found = search.evaluate(theta).matrix
-    assert np.abs(found - expected).max() < 1e-7 * np.abs(expected).max()
+    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
 
 
 def test_slopes_are_those_of_central_differences(search: _Search, at_weights: WeightedMap) -> None:
