@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
+
+from amble.errors import InputError
 
 Interval = tuple[float, float]
 
@@ -33,3 +36,36 @@ class Limits:
     friction: float
     normal_force: float
     clearance: float
+
+    def __post_init__(self) -> None:
+        """Check that every bound leaves room.
+
+        Raises:
+            InputError: an interval is empty or not a number, or a size is not positive.
+        """
+        for name, interval in self.durations.items():
+            _ordered(f"duration of {name}", interval)
+            _positive(f"shortest duration of {name}", interval[0])
+        for name, interval in self.positions.items():
+            _ordered(f"position of {name}", interval)
+        for axis, interval in zip("xyz", self.touchdown_velocity, strict=True):
+            _ordered(f"touchdown velocity along {axis}", interval)
+        for kind, sizes in (("speed", self.speeds), ("torque", self.torques)):
+            for name, size in sizes.items():
+                _positive(f"largest {kind} of {name}", size)
+        _positive("largest acceleration", self.acceleration)
+        _positive("friction", self.friction)
+        for what, value in (("normal force", self.normal_force), ("clearance", self.clearance)):
+            if not 0.0 <= value < inf:
+                raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")
+
+
+def _ordered(what: str, interval: Interval) -> None:
+    lower, upper = interval
+    if not lower <= upper:
+        raise InputError(f"the {what} is bounded by {lower:g} to {upper:g}, which leaves no room")
+
+
+def _positive(what: str, size: float) -> None:
+    if not size > 0.0:
+        raise InputError(f"the {what} is {size:g}; it must be positive")

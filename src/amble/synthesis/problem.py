@@ -46,6 +46,9 @@ class GaitProblem:
             raise InputError(f"the output gains are {self.gains}; both must be positive")
         robot, limits = self.pattern.robot, self.limits
         _known("domain", limits.durations, [stance.name for stance in self.pattern.solved])
+        for stance in self.pattern.solved:
+            if stance.name not in limits.durations:
+                raise InputError(f"the limits have no bounds for the duration of domain '{stance.name}'")
         _known("joint", (*limits.speeds, *limits.torques), robot.joint_names)
         _known("coordinate", limits.positions, robot.coordinate_names)
 

@@ -1,0 +1,150 @@
+"""A coarse gait from beginning to end, and the ways in which a solve may end without one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from amble.control import DropActuator
+from amble.errors import InputError, NotSolvedError, UnknownNameError
+from amble.gait import Gait
+from amble.gait.check import check
+from amble.synthesis import GaitProblem, Iteration, synthesize
+from amble.synthesis.guess import walking
+from amble.synthesis.program import GaitProgram
+from amble.synthesis.result import from_gait, to_gait
+from amble.synthesis.solve import Solution, solve
+
+EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
+"""Families that hold at the nodes whatever the mesh."""
+
+
+@pytest.fixture(scope="module")
+def iterations() -> list[Iteration]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def coarse_gait(small_problem: GaitProblem, iterations: list[Iteration]) -> Gait:
+    return synthesize(small_problem, most_iterations=200, progress=iterations.append)
+
+
+def test_a_coarse_gait_holds_at_its_nodes(coarse_gait: Gait) -> None:
+    report = check(coarse_gait)
+    for family in EXACT:
+        assert report.worst[family].passed, str(report.worst[family])
+    # five intervals of up to 60 ms: the motion between the nodes is accurate to a few mrad/s and a tenth of a mm
+    assert check(coarse_gait, tolerance=5e-3, slack=0.05).passed
+
+
+def test_the_gait_keeps_what_the_problem_asked(coarse_gait: Gait, small_problem: GaitProblem) -> None:
+    assert coarse_gait.speed == small_problem.speed
+    assert coarse_gait.law == small_problem.law
+    assert [domain.name for domain in coarse_gait.domains] == ["D1", "D2"]
+    assert coarse_gait.domains[0].times.size == 2 * small_problem.intervals + 1
+    assert coarse_gait.solver.status == "Solve_Succeeded"
+    assert coarse_gait.solver.violation < 1e-6
+    assert set(coarse_gait.versions) == {"amble", "casadi", "numpy"}
+
+
+def test_progress_names_rows(coarse_gait: Gait, iterations: list[Iteration], small_program: GaitProgram) -> None:
+    assert [iteration.number for iteration in iterations] == list(range(coarse_gait.solver.iterations + 1))
+    assert all(iteration.worst_row in small_program.program.row_names for iteration in iterations)
+    assert iterations[-1].violation < 1e-6 < iterations[0].violation
+    assert iterations[-1].objective == pytest.approx(coarse_gait.solver.objective, rel=1e-6)
+
+
+def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
+    """(1/T) integral of |u|^2 with Simpson's weights, summed here by hand."""
+    work = duration = 0.0
+    for domain in coarse_gait.domains:
+        squares, step = np.sum(domain.torques**2, axis=1), domain.duration / (domain.times.size - 1)
+        work += step / 3.0 * (squares[0] + 4.0 * squares[1::2].sum() + 2.0 * squares[2:-1:2].sum() + squares[-1])
+        duration += domain.duration
+    assert work / duration == pytest.approx(coarse_gait.solver.objective, rel=1e-9)
+
+
+def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: GaitProgram) -> None:
+    layout = small_program.layout
+    natural = from_gait(coarse_gait, layout)
+    solution = Solution(natural / layout.scale, natural, natural, coarse_gait.solver, ())
+    again = to_gait(small_program.problem, layout, solution)
+    for ours, theirs in zip(again.domains, coarse_gait.domains, strict=True):
+        for kind in ("coefficients", "positions", "velocities", "accelerations", "torques", "forces", "impulse"):
+            # interpolation at the nodes themselves, whose phases round at 1e-16
+            np.testing.assert_allclose(getattr(ours, kind), getattr(theirs, kind), atol=1e-9)
+        assert ours.duration == pytest.approx(theirs.duration)
+
+
+def test_a_warm_start_ends_sooner(coarse_gait: Gait, small_program: GaitProgram, iterations: list[Iteration]) -> None:
+    layout = small_program.layout
+    start = from_gait(coarse_gait, layout) / layout.scale
+    values = np.asarray(small_program.program.nlp(start, small_program.parameters)[1]).ravel()
+    nothing = Solution(start, np.zeros(start.size), np.zeros(values.size), coarse_gait.solver, ())
+    solution = solve(small_program, start, most_iterations=60, warm=nothing)
+    assert solution.solved, solution.report
+    assert solution.report.iterations < len(iterations)
+    assert solution.report.objective == pytest.approx(coarse_gait.solver.objective, rel=1e-5)
+
+
+def test_twenty_metres_a_second_is_refused_with_rows(small_problem: GaitProblem) -> None:
+    with pytest.raises(NotSolvedError) as raised:
+        synthesize(replace(small_problem, speed=20.0), most_iterations=30)
+    rows = raised.value.rows
+    assert rows
+    assert rows[0].violation == max(row.violation for row in rows) > 1e-3
+    assert str(rows[0]) in str(raised.value)
+    assert any("node" in row.name or "->" in row.name for row in rows)
+
+
+def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> None:
+    seen: list[int] = []
+
+    def interrupt(iteration: Iteration) -> None:
+        seen.append(iteration.number)
+        if iteration.number == 2:
+            raise KeyboardInterrupt
+
+    start = walking(small_program.problem, small_program.layout) / small_program.layout.scale
+    with pytest.raises(KeyboardInterrupt):
+        solve(small_program, start, progress=interrupt)
+    assert seen == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "says"),
+    [
+        ({"speed": 1e3}, InputError, "the speed is 1000.0 m/s"),
+        ({"speed": float("nan")}, InputError, "the speed is nan m/s"),
+        ({"intervals": 1}, InputError, "at least 2"),
+        ({"gains": (100.0, 0.0)}, InputError, "both must be positive"),
+    ],
+)
+def test_bad_problems(small_problem: GaitProblem, change: dict[str, float], error: type[InputError], says: str) -> None:
+    with pytest.raises(error, match=says):
+        replace(small_problem, **change)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "says"),
+    [
+        ({"durations": {"D1": (0.1, 0.2)}}, InputError, "no bounds for the duration of domain 'D2'"),
+        (
+            {"durations": {"D1": (0.1, 0.2), "D2": (0.1, 0.2), "D3": (0.1, 0.2)}},
+            UnknownNameError,
+            "unknown domain 'D3'; known: D1, D2",
+        ),
+    ],
+)
+def test_limits_fit_the_pattern(
+    small_problem: GaitProblem, change: dict[str, object], error: type[InputError], says: str
+) -> None:
+    with pytest.raises(error, match=says):
+        replace(small_problem, limits=replace(small_problem.limits, **change))  # type: ignore[arg-type]
+
+
+def test_dropping_a_swing_joint_is_refused_when_the_problem_is_built(small_problem: GaitProblem) -> None:
+    with pytest.raises(InputError, match="makes the decoupling matrix singular"):
+        synthesize(replace(small_problem, law=DropActuator(("fl_knee",))))
