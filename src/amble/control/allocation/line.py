@@ -100,9 +100,9 @@ def lowest_with_kinks(curvature: ca.SX, slope: ca.SX, kinks: Sequence[ca.SX], we
 def lowest_peak(values: Sequence[ca.SX], slopes: Sequence[ca.SX]) -> ca.SX:
     """Return the s that minimises max_j |a_j + b_j s| over two or more lines (eq. 10 and 11).
 
-    The minimum t is the highest crossing of a rising with a falling line: of two lines turned so that b_i, b_k >= 0, one's
-    positive and the other's negative cross at |b_i a_k - b_k a_i| / (b_i + b_k). All s with |a_j + b_j s| <= t are one
-    point, or an interval where lines that hardly rise set the peak; then its middle is taken.
+    The minimum t is the highest crossing of a rising with a falling line: of two lines turned so that b_i, b_k >= 0,
+    one's positive and the other's negative cross at |b_i a_k - b_k a_i| / (b_i + b_k). All s with |a_j + b_j s| <= t
+    are one point, or an interval where lines that hardly rise set the peak; then its middle is taken.
 
     Args:
         values: a_j.

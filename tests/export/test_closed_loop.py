@@ -1,0 +1,37 @@
+"""Walking on the compiled controller is walking on the model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amble.codegen import compiler
+from amble.errors import WorkError
+from amble.export import exported_loop
+from amble.gait.closed_loop import closed_loop, start_state
+from amble.gait.files import load_gait
+from amble.simulation import simulate
+
+GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
+
+
+@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+def test_twenty_cycles_are_the_same() -> None:
+    """Both loops round alike, so the traces agree far below the tolerance of the integrator."""
+    gait = load_gait(GAIT)
+    start = start_state(gait)
+    model, native = (simulate(loop, start, 20) for loop in (closed_loop(gait), exported_loop(gait)))
+    assert model.completed
+    assert native.completed
+    assert native.state.shape == model.state.shape
+    assert np.max(np.abs(native.state - model.state)) <= 1e-9
+    for name, values in model.signals.items():
+        assert np.max(np.abs(native.signals[name] - values)) <= 1e-7 * max(1.0, np.max(np.abs(values))), name
+
+
+def test_without_a_compiler_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AMBLE_COMPILER", "none")
+    with pytest.raises(WorkError, match="needs a C compiler"):
+        exported_loop(load_gait(GAIT))

@@ -1,0 +1,282 @@
+"""The exported C: compiles strictly, answers what Python answers, needs no heap, and fails as documented."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from amble.codegen import compiler
+from amble.control import AllocationLaw, BoundedMinimumNorm, PseudoInverse
+from amble.errors import InputError
+from amble.export import Exported, export_controller
+from amble.export.law import torque_limits
+from amble.export.vectors import (
+    BAD_CLOCK,
+    CONTACT_FLAGS,
+    CONTACT_FORCE,
+    DAMPING,
+    LATE,
+    NOT_FINITE,
+    OK,
+    RANK_LOST,
+    SATURATED,
+)
+from amble.gait import Gait
+from amble.gait.files import load_gait
+from amble.robot import kinematics
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2")
+GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
+LAWS: tuple[AllocationLaw, ...] = (PseudoInverse(), BoundedMinimumNorm(0.6, 5.0))
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+
+
+@pytest.fixture(scope="module")
+def gait() -> Gait:
+    return load_gait(GAIT)
+
+
+@pytest.fixture(scope="module", params=LAWS, ids=lambda law: law.name)
+def exported(request: pytest.FixtureRequest, gait: Gait, tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    """A folder with strictly compiled objects beside the sources."""
+    written = export_controller(gait, request.param, tmp_path_factory.mktemp(request.param.name))
+    tool = compiler()
+    assert tool is not None
+    names = [path.name for path in (*written.sources, written.folder / "replay.c")]
+    subprocess.run([tool.path, *STRICT, "-fPIC", "-c", *names], cwd=written.folder, check=True)
+    return written
+
+
+def objects(exported: Exported) -> list[str]:
+    return [path.with_suffix(".o").name for path in exported.sources]
+
+
+def link(exported: Exported, *arguments: str) -> None:
+    tool = compiler()
+    assert tool is not None
+    subprocess.run([tool.path, *arguments, *objects(exported), "-lm"], cwd=exported.folder, check=True)
+
+
+def test_the_test_vectors_are_reproduced(exported: Exported) -> None:
+    """The program itself holds every difference against 1e-12 of the largest value, and every status."""
+    link(exported, "-o", "replay", "replay.o")
+    done = subprocess.run(
+        ["./replay", "test_vectors.txt"], cwd=exported.folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"{20 * 4 + 5} vectors, 0 wrong")
+
+
+def test_a_wrong_vector_is_noticed(exported: Exported) -> None:
+    link(exported, "-o", "replay", "replay.o")
+    lines = (exported.folder / "test_vectors.txt").read_text().splitlines()
+    words = lines[0].split()
+    words[-2 - 12] = repr(float(words[-2 - 12]) + 1e-9)  # the last torque
+    (exported.folder / "wrong.txt").write_text("\n".join([" ".join(words), *lines[1:]]))
+    done = subprocess.run(["./replay", "wrong.txt"], cwd=exported.folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.startswith("vector 0")) == (1, True)
+    (exported.folder / "short.txt").write_text(lines[0][:200])
+    done = subprocess.run(["./replay", "short.txt"], cwd=exported.folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+
+
+@pytest.mark.skipif(shutil.which("nm") is None, reason="nm is not installed")
+def test_nothing_is_allocated_and_only_libm_is_called(exported: Exported) -> None:
+    done = subprocess.run(
+        ["nm", "--undefined-only", *objects(exported)], cwd=exported.folder, capture_output=True, text=True, check=True
+    )
+    called = {line.split()[-1] for line in done.stdout.splitlines() if " U " in line}
+    own = {f"amble_law_{law.stance.name}" for law in exported.laws}
+    # __isfinite: how glibc spells a macro of math.h; the table of offsets belongs to position-independent code
+    known = {"sqrt", "sin", "cos", "sincos", "fmin", "fmax", "fabs", "pow", "__isfinite", "_GLOBAL_OFFSET_TABLE_"}
+    assert called <= own | known | {"__stack_chk_fail"}
+
+
+def test_the_code_of_a_domain_is_below_a_megabyte(exported: Exported) -> None:
+    for name in objects(exported):
+        assert (exported.folder / name).stat().st_size < 2**20
+
+
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not installed")
+def test_cmake_builds_and_replays(exported: Exported) -> None:
+    if exported.folder.name.startswith("bounded"):
+        pytest.skip("once is enough")
+    for command in (["cmake", "-B", "build", "-S", "."], ["cmake", "--build", "build"]):
+        subprocess.run(command, cwd=exported.folder, check=True, capture_output=True)
+    subprocess.run(["ctest"], cwd=exported.folder / "build", check=True, capture_output=True)
+
+
+class Controller:
+    """The exported functions, called as C would."""
+
+    def __init__(self, exported: Exported) -> None:
+        library = exported.folder / "controller.so"
+        link(exported, "-shared", "-o", library.name)
+        self.library = ctypes.CDLL(str(library))
+        self.library.amble_enter.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double)
+        self.library.amble_step.argtypes = (ctypes.c_void_p, ctypes.c_double, *[ctypes.c_void_p] * 5)
+        self.library.amble_step.restype = self.library.amble_enter.restype = ctypes.c_uint
+        self.memory = ctypes.create_string_buffer(1 << 16)  # room for the struct
+        self.torques, self.forces = np.zeros(12), np.zeros(12)
+
+    @property
+    def stance(self) -> int:
+        return ctypes.c_int.from_buffer(self.memory).value
+
+    def enter(self, stance: int, time: float) -> int:
+        return int(self.library.amble_enter(self.memory, stance, time))
+
+    def step(self, time: float, q: np.ndarray, v: np.ndarray, feet: tuple[int, ...]) -> int:
+        contact = np.array(feet, dtype=np.uint8)
+        arrays = (np.ascontiguousarray(q), np.ascontiguousarray(v), contact, self.torques, self.forces)
+        return int(self.library.amble_step(self.memory, time, *(array.ctypes.data for array in arrays)))
+
+
+@pytest.fixture
+def controller(exported: Exported) -> Controller:
+    return Controller(exported)
+
+
+def down(gait: Gait, *stances: int) -> tuple[int, ...]:
+    feet = {foot for stance in stances for foot in gait.pattern.stances[stance].feet}
+    return tuple(int(foot in feet) for foot in gait.robot.foot_names)
+
+
+def node(gait: Gait, domain: int, index: int) -> tuple[float, np.ndarray, np.ndarray]:
+    part = gait.domains[domain]
+    return float(part.times[index]), part.positions[index].copy(), part.velocities[index].copy()
+
+
+def test_the_stance_follows_contact_and_clock(gait: Gait, controller: Controller) -> None:
+    """A landing foot ends the stance, but not in its first half; the clock of the references restarts."""
+    assert controller.enter(0, 10.0) == OK
+    time, q, v = node(gait, 0, 3)
+    assert controller.step(10.0 + time, q, v, down(gait, 0)) == OK
+    landed = down(gait, 0, 1)
+    assert controller.step(10.0 + time, q, v, landed) == CONTACT_FLAGS  # too early to land
+    assert controller.stance == 0
+    time, q, v = node(gait, 0, -1)
+    controller.step(10.0 + time, q, v, landed)
+    assert controller.stance == 1
+    before = controller.torques.copy()
+    controller.enter(1, 10.0 + time)
+    controller.step(10.0 + time, q, v, landed)
+    assert np.array_equal(before, controller.torques)
+
+
+def test_four_switches_come_back_to_the_first_stance(gait: Gait, controller: Controller) -> None:
+    controller.enter(0, 0.0)
+    clock, seen = 0.0, []
+    for stance in range(4):
+        time, q, v = node(gait, stance % 2, -1)
+        if stance >= 2:
+            q, v = gait.robot.mirror.position(q), gait.robot.mirror.position(v)
+        clock += time
+        controller.step(clock, q, v, down(gait, stance, (stance + 1) % 4))
+        seen.append(controller.stance)
+    assert seen == [1, 2, 3, 0]
+
+
+def test_wrong_flags_are_told_and_the_torques_go_on(gait: Gait, controller: Controller) -> None:
+    time, q, v = node(gait, 0, 5)
+    controller.enter(0, 0.0)
+    controller.step(time, q, v, down(gait, 0))
+    sound = controller.torques.copy()
+    for flags in ((0, 0, 0, 0), (1, 0, 0, 0), (1, 1, 1, 1)):
+        assert controller.step(time, q, v, flags) & CONTACT_FLAGS
+        assert np.array_equal(controller.torques, sound)
+
+
+def test_a_late_stance_is_told(gait: Gait, controller: Controller) -> None:
+    _, q, v = node(gait, 0, -1)
+    controller.enter(0, 0.0)
+    assert controller.step(2.1 * gait.domains[0].duration, q, v, down(gait, 0)) & LATE
+
+
+def fallback(gait: Gait, v: np.ndarray) -> np.ndarray:
+    return np.clip(-DAMPING * np.where(np.isfinite(v[6:]), v[6:], 0.0), -torque_limits(gait), torque_limits(gait))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("place", [0, 2, 5, 17, 20, 35])
+def test_what_is_not_finite_ends_in_the_fallback(gait: Gait, controller: Controller, value: float, place: int) -> None:
+    time, q, v = node(gait, 1, 5)
+    state = np.concatenate([q, v])
+    state[place] = value
+    controller.enter(1, 0.0)
+    assert controller.step(time, state[:18], state[18:], down(gait, 1)) == NOT_FINITE
+    assert np.array_equal(controller.torques, fallback(gait, state[18:]))
+    assert not controller.forces.any()
+    # the next sound call goes on as if nothing had been
+    assert controller.step(time, q, v, down(gait, 1)) & (NOT_FINITE | RANK_LOST | BAD_CLOCK) == 0
+
+
+def test_lost_rank_ends_in_the_fallback(gait: Gait, controller: Controller) -> None:
+    """Both stance feet at one point: there is no line between them, so nothing tells their torques apart."""
+    time, q, v = node(gait, 0, 5)
+    robot, feet = gait.robot, gait.pattern.stances[0].feet
+    legs = [6 + robot.joint_index(joint) for foot in feet for joint in robot.legs[foot]]
+
+    def gap(angles: np.ndarray) -> np.ndarray:
+        posed = q.copy()
+        posed[legs] = angles
+        first, second = (np.asarray(kinematics.foot_position(robot, foot, posed)).ravel() for foot in feet)
+        return first - second
+
+    found = q.copy()
+    found[legs] = least_squares(gap, q[legs], xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    assert np.linalg.norm(gap(found[legs])) < 1e-9
+    controller.enter(0, 0.0)
+    status = controller.step(time, found, v, down(gait, 0))
+    assert status & RANK_LOST
+    assert np.array_equal(controller.torques, fallback(gait, v))
+
+
+def test_time_before_the_entry_and_a_controller_that_was_not_entered(gait: Gait, controller: Controller) -> None:
+    time, q, v = node(gait, 0, 5)
+    assert controller.step(time, q, v, down(gait, 0)) == BAD_CLOCK
+    controller.enter(0, 1.0)
+    assert controller.step(0.5, q, v, down(gait, 0)) == BAD_CLOCK
+    assert controller.step(np.nan, q, v, down(gait, 0)) == NOT_FINITE
+    for stance, time in ((-1, 0.0), (4, 0.0), (0, np.inf)):
+        assert controller.enter(stance, time) == BAD_CLOCK
+        assert controller.step(2.0, q, v, down(gait, 0)) == BAD_CLOCK
+
+
+def test_torques_are_cut_to_their_limits(gait: Gait, controller: Controller) -> None:
+    time, q, v = node(gait, 0, 5)
+    v[6:] += 60.0  # the damping of the outputs answers with large torques
+    controller.enter(0, 0.0)
+    assert controller.step(time, q, v, down(gait, 0)) & SATURATED
+    limit = torque_limits(gait)
+    assert np.all(np.abs(controller.torques) <= limit)
+    assert np.any(np.abs(controller.torques) == limit)
+
+
+def test_contact_forces_outside_the_cone_are_told(gait: Gait, controller: Controller) -> None:
+    time, q, v = node(gait, 0, 5)
+    controller.enter(0, 0.0)
+    statuses = []
+    for push in np.linspace(0.0, 60.0, 30):
+        rate = v.copy()
+        rate[6:] += push
+        statuses.append(controller.step(time, q, rate, down(gait, 0)) & CONTACT_FORCE)
+    assert statuses[0] == OK
+    assert CONTACT_FORCE in statuses
+
+
+def test_a_stance_without_feet_is_refused(gait: Gait, tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    from amble.hybrid import gait_pattern
+
+    flying = gait_pattern(gait.robot, [("fl",), ()])
+    with pytest.raises(InputError, match="no foot on the ground"):
+        export_controller(replace(gait, pattern=flying), None, tmp_path)
