@@ -75,17 +75,26 @@ def test_a_wrong_law_exits_2(law: str, message: str, tmp_path: Path, capsys: pyt
 
 
 def test_compare_tabulates_both_motions(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "comparison.json"
+    out, figure = tmp_path / "comparison.json", tmp_path / "torques"
     words = ["--law", "drop", "--law", "pinv", "--law", "power:actuator=datasheet"]
-    assert exit_code("compare", str(GAIT), "--trace", str(folder / "trace.nc"), *words, "--out", str(out)) == 0
+    where = ["--trace", str(folder / "trace.nc"), "--out", str(out), "--figure", str(figure)]
+    assert exit_code("compare", str(GAIT), *words, *where) == 0
     said = capsys.readouterr().out
     assert "along the nominal motion" in said
     assert "along the simulated motion" in said
-    numbers = json.loads(out.read_text())
-    assert set(numbers) == {"paper", "datasheet"}
+    numbers = json.loads(out.read_text())["allocation"]
+    assert list(numbers) == ["drop", "pinv", "power"]
     for motion in ("nominal", "simulated"):
-        assert numbers["paper"]["pinv"][motion]["rms_torque"] < numbers["paper"]["drop"][motion]["rms_torque"]
-        assert numbers["datasheet"]["power"][motion]["cot"] < numbers["datasheet"]["pinv"][motion]["cot"]
+        assert numbers["pinv"][motion]["rms_torque"] < numbers["drop"][motion]["rms_torque"]
+        assert numbers["power"][motion]["cot"]["datasheet"] < numbers["pinv"][motion]["cot"]["datasheet"]
+    assert figure.with_suffix(".png").stat().st_size > 10_000
+
+
+def test_compare_tabulates_every_law_by_default(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("compare", str(GAIT)) == 0
+    said = capsys.readouterr().out
+    for law in ("drop", "pinv", "power", "peak", "bounded"):
+        assert law in said
 
 
 def test_report_fills_a_folder_and_keeps_what_is_known_of_stability(

@@ -16,21 +16,36 @@ def compare(
     trace: Annotated[
         Path | None, typer.Option(help="Trace of its simulation, to compare along that too.", show_default=False)
     ] = None,
-    law: Annotated[list[str] | None, typer.Option(help=laws.HELP, show_default="drop, pinv")] = None,
+    law: Annotated[list[str] | None, typer.Option(help=laws.HELP, show_default="every law")] = None,
     out: Annotated[Path | None, typer.Option(help="Where to write the numbers (JSON).", show_default=False)] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Where to draw the torques of one cycle, without suffix.", show_default=False)
+    ] = None,
 ) -> None:
-    """Tabulate cost of transport, peak and RMS torque of several laws along the same motion."""
-    from amble.control.actuator import ACTUATORS
+    """Tabulate cost, torques, friction and active limits of allocation laws along the same motion."""
     from amble.gait.files import load_gait
-    from amble.report import law_table, method_results, write_results
-    from amble.report.assembly import compare_laws, paper_laws
+    from amble.metrics import samples_of_trace
+    from amble.report import write_results
+    from amble.report.allocation import (
+        allocation_figure,
+        allocation_results,
+        allocation_table,
+        compare_allocations,
+        every_law,
+        labelled,
+    )
+    from amble.report.figures import save
     from amble.simulation import load_trace
 
     walker = load_gait(gait)
-    chosen = [laws.parse_law(word, walker.pattern) for word in law] if law else paper_laws(walker)
-    comparison = compare_laws(walker, chosen, None if trace is None else load_trace(trace))
-    models = [model.name for model in ACTUATORS]
-    for motion in ("nominal",) if trace is None else ("nominal", "simulated"):
-        typer.echo(law_table(comparison, motion, models).text())
+    chosen = labelled([laws.parse_law(word, walker.pattern) for word in law]) if law else every_law(walker)
+    found = [compare_allocations(walker, chosen)]
+    if trace is not None:
+        found.append(compare_allocations(walker, chosen, samples_of_trace(load_trace(trace), walker.pattern)))
+    for metrics in found:
+        typer.echo(allocation_table(metrics).text())
     if out is not None:
-        wrote(write_results(out, {model: method_results(comparison, model) for model in models}))
+        wrote(write_results(out, {"allocation": allocation_results([entry for metrics in found for entry in metrics])}))
+    if figure is not None:
+        for path in save(allocation_figure(walker, chosen), figure):
+            wrote(path)

@@ -21,6 +21,7 @@ from amble.metrics import (
     samples_of_gait,
     samples_of_trace,
 )
+from amble.report.allocation import allocation_results, allocation_table, compare_allocations
 from amble.report.run import Run, Stability
 from amble.report.tables import Table
 from amble.simulation import Trace
@@ -93,7 +94,7 @@ def assemble(
     """
     if trace.cycles < 1:
         raise FallError(f"the simulated motion has no whole cycle to measure: {trace.ended}")
-    laws = paper_laws(gait)
+    laws, allocations = paper_laws(gait), compare_allocations(gait)
     whole = samples_of_trace(trace, gait.pattern).only(0, trace.cycles)
     last = whole.only(max(trace.cycles - SHOWN, 0), trace.cycles)
     return Run(
@@ -107,6 +108,6 @@ def assemble(
         settings=settings,
         seconds=seconds,
         stability=stability,
-        tables=tuple(tables),
-        extra=dict(extra or {}),
+        tables=(*tables, allocation_table(allocations)),
+        extra={"allocation": allocation_results(allocations), **(extra or {})},
     )

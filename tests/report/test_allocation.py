@@ -1,0 +1,113 @@
+"""Allocation laws side by side on the amble: what each of them promises, pointwise and in the table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amble.control import BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
+from amble.control.actuator import actuator
+from amble.errors import InputError
+from amble.gait import Gait
+from amble.metrics import Samples, samples_of_gait
+from amble.metrics.allocation import LawMetrics, law_torques
+from amble.report.allocation import (
+    allocation_figure,
+    allocation_results,
+    allocation_table,
+    compare_allocations,
+    every_law,
+    labelled,
+)
+
+
+@pytest.fixture(scope="module")
+def samples(stabilised_gait: Gait) -> Samples:
+    return samples_of_gait(stabilised_gait)
+
+
+@pytest.fixture(scope="module")
+def torques(stabilised_gait: Gait, samples: Samples) -> dict[str, np.ndarray]:
+    return law_torques(samples, every_law(stabilised_gait))
+
+
+@pytest.fixture(scope="module")
+def metrics(stabilised_gait: Gait) -> dict[str, LawMetrics]:
+    return {entry.law: entry for entry in compare_allocations(stabilised_gait)}
+
+
+# pointwise orders of closed forms: roundoff only
+ROUNDOFF = 1e-10
+
+
+@pytest.mark.parametrize("model", ["paper", "datasheet"])
+def test_least_power_is_least_at_every_instant(
+    samples: Samples, torques: dict[str, np.ndarray], metrics: dict[str, LawMetrics], model: str
+) -> None:
+    speeds = samples.velocities[:, 6:]
+    best = actuator(model).power(torques[f"power ({model})"], speeds).sum(axis=1)
+    for label, values in torques.items():
+        assert np.all(best <= actuator(model).power(values, speeds).sum(axis=1) * (1.0 + ROUNDOFF)), label
+        # the integral's own error is far below the differences
+        assert metrics[f"power ({model})"].cot[model] <= metrics[label].cot[model] * (1.0 + 1e-9)
+
+
+def test_least_peak_is_least_at_every_instant(torques: dict[str, np.ndarray]) -> None:
+    """All joints of ASTRo have the same effort limit, so the relative peak is the peak; swing torques are the same."""
+    best = np.abs(torques["peak"]).max(axis=1)
+    for label, values in torques.items():
+        assert np.all(best <= np.abs(values).max(axis=1) * (1.0 + ROUNDOFF)), label
+
+
+def test_the_pseudo_inverse_has_the_smallest_norm_at_every_instant(torques: dict[str, np.ndarray]) -> None:
+    best = np.linalg.norm(torques["pinv"], axis=1)
+    for label, values in torques.items():
+        assert np.all(best <= np.linalg.norm(values, axis=1) * (1.0 + ROUNDOFF)), label
+
+
+def test_a_limit_that_binds_is_active_but_not_missed(stabilised_gait: Gait, metrics: dict[str, LawMetrics]) -> None:
+    """Friction between what the pseudo-inverse uses and what the motion needs at least."""
+    from dataclasses import replace
+
+    tight = 0.95 * metrics["pinv"].friction_used
+    gait = replace(stabilised_gait, limits=replace(stabilised_gait.limits, friction=tight))
+    found = {entry.law: entry for entry in compare_allocations(gait)}
+    assert 0.0 < found["bounded"].active < 0.5
+    assert found["bounded"].missed == 0.0
+    # the feet of an optimised gait are level to 1e-8 m, which the law takes for level
+    assert found["bounded"].friction_used == pytest.approx(tight, rel=1e-7)
+    assert found["pinv"].missed > 0.0
+    assert found["bounded"].rms_torque > found["pinv"].rms_torque
+    # the clipped torque follows the state without jumps
+    assert found["bounded"].torque_jump < 2.0 * found["pinv"].torque_jump
+
+
+def test_limits_that_do_not_bind_change_nothing(torques: dict[str, np.ndarray]) -> None:
+    assert np.max(np.abs(torques["bounded"] - torques["pinv"])) < 1e-9
+
+
+def test_table_and_numbers_say_the_same(metrics: dict[str, LawMetrics]) -> None:
+    table = allocation_table(list(metrics.values()))
+    numbers = allocation_results(list(metrics.values()))
+    assert [row[0] for row in table.rows] == list(numbers) == list(metrics)
+    for row in table.rows:
+        assert float(row[3]) == pytest.approx(numbers[row[0]]["nominal"]["rms_torque"], abs=1e-3)
+
+
+def test_the_figure_has_one_line_a_law_and_joint(stabilised_gait: Gait) -> None:
+    laws = {"pinv": PseudoInverse(), "peak": MinimumPeak()}
+    axes = allocation_figure(stabilised_gait, laws).axes
+    assert [len(axis.lines) for axis in axes] == [2] * 6
+
+
+def test_laws_of_one_name_are_told_apart() -> None:
+    laws = [MinimumPower("paper"), MinimumPower("datasheet"), BoundedMinimumNorm()]
+    assert list(labelled(laws)) == ["power (paper)", "power (datasheet)", "bounded"]
+
+
+def test_no_law_is_an_error(stabilised_gait: Gait, samples: Samples) -> None:
+    from amble.metrics.allocation import AllocationLimits, allocation_metrics
+
+    del stabilised_gait
+    with pytest.raises(InputError, match="no allocation law"):
+        allocation_metrics(samples, {}, AllocationLimits(0.6, 0.0, {}), [actuator("paper")])
