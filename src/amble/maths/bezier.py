@@ -39,7 +39,8 @@ def bezier(coefficients: ca.SX, phase: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """
     order = coefficients.shape[1] - 1
     rows = bernstein_derivatives(order, phase)
-    return tuple(ca.mtimes(coefficients, ca.vertcat(*row)) for row in rows)  # type: ignore[return-value]
+    value, first, second = (ca.mtimes(coefficients, ca.vertcat(*row)) for row in rows)
+    return value, first, second
 
 
 def evaluate(coefficients: Matrix, phase: Vector) -> tuple[Matrix, Matrix, Matrix]:

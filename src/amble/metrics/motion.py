@@ -48,7 +48,7 @@ class Motion:
     def __post_init__(self) -> None:
         """Check shapes and numbers, so that no metric has to."""
         count, width = len(self.times), len(self.joints)
-        expected: dict[str, tuple[NodeValues, tuple[int, ...]]] = {
+        expected: dict[str, tuple[NodeValues | IntegerVector, tuple[int, ...]]] = {
             "times": (self.times, (count,)),
             "segments": (self.segments, (count,)),
             "speeds": (self.speeds, (count, width)),

@@ -55,7 +55,7 @@ def reallocate(samples: Samples, laws: Sequence[AllocationLaw]) -> Mapping[str, 
         inside = np.flatnonzero(samples.stances == number)
         if inside.size == 0:
             continue
-        columns = [3 * foot_names.index(foot) + axis for foot in stance.feet for axis in range(3)]
+        columns = np.array([3 * foot_names.index(foot) + axis for foot in stance.feet for axis in range(3)])
         known = (
             samples.positions[inside],
             samples.velocities[inside],

@@ -7,7 +7,7 @@ blocks' compiled code and scatters their numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -160,7 +160,13 @@ def _compile(pieces: dict[str, _Pieces]) -> dict[str, _Pieces]:
     sources = {name: [p.value, p.gradient, p.jacobian, p.hessian] for name, p in pieces.items()}
     native = compile_all(sources)
     return {
-        name: _Pieces(*(native[name][f.name()] for f in sources[name]), p.jacobian_pattern, p.hessian_pattern)
+        name: replace(
+            p,
+            value=native[name][p.value.name()],
+            gradient=native[name][p.gradient.name()],
+            jacobian=native[name][p.jacobian.name()],
+            hessian=native[name][p.hessian.name()],
+        )
         for name, p in pieces.items()
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def paper_style() -> Iterator[None]:
     """Draw and save in the style of a paper; other figures of the process keep theirs."""
     import matplotlib as mpl
 
-    with mpl.rc_context(dict(SETTINGS)):
+    with mpl.rc_context(cast("Any", dict(SETTINGS))):
         yield
 
 
@@ -131,6 +131,6 @@ def with_gaps(segments: IntegerVector, *values: Vector) -> tuple[Vector, ...]:
     return tuple(np.insert(np.asarray(each, dtype=np.float64), jumps, np.nan) for each in values)
 
 
-def plain_number(value: float, _position: int | None = None) -> str:
+def plain_number(value: float, _position: float | None = None) -> str:
     """Write a tick label without trailing zeros, so that narrow panels hold three of them."""
     return f"{value:.10g}".replace("-", "\N{MINUS SIGN}")
