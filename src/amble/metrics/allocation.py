@@ -1,4 +1,4 @@
-"""What each allocation law costs and how close it comes to the limits, all along one motion (theory.md, section 3)."""
+"""What each allocation law costs and how close it comes to the limits, all along one motion."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ class DropActuator(AllocationLaw):
 
     Attributes:
         joints: joints whose actuators are off while their leg stands. A joint of a swing leg keeps its actuator:
-            dropping it would make the decoupling matrix singular (theory.md, section 2).
+            dropping it would make the decoupling matrix singular (docs/theory/allocation.md, section 1).
     """
 
     joints: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Contact forces that move nothing: the null space of the grasp map of the stance feet (theory.md, section 2)."""
+"""Contact forces that move nothing: the null space of the grasp map (docs/theory/allocation.md, eq. 4)."""
 
 from __future__ import annotations
 

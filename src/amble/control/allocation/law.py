@@ -1,4 +1,4 @@
-"""What an allocation law is: the choice among all torques that realise the same motion (theory.md, section 2)."""
+"""What an allocation law is: the choice among all torques of one motion (docs/theory/allocation.md, section 1)."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from amble.control.allocation.law import AllocationLaw, Redundancy
 
 @dataclass(frozen=True)
 class PseudoInverse(AllocationLaw):
-    """u = A^+ r (paper, eq. 8): u is orthogonal to every torque that causes no acceleration (theory.md, section 3)."""
+    """u = A^+ r (paper, eq. 8): u is orthogonal to every torque that causes no acceleration."""
 
     @property
     def name(self) -> str:
