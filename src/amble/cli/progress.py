@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from amble.cli.console import say
 
 PAUSE = 5.0
-"""Seconds between plain lines."""
+"""Seconds between plain lines; the first comes at once."""
 
 Update = Callable[[str], None]
 
@@ -24,7 +24,7 @@ def progress(task: str) -> Iterator[Update]:
         with Console(stderr=True).status(task) as status:
             yield lambda text: status.update(f"{task}: {text}")
         return
-    last = time.monotonic()
+    last = -PAUSE
 
     def update(text: str) -> None:
         nonlocal last
