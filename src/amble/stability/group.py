@@ -62,6 +62,8 @@ def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
     size, count = system.state_size, len(system.symmetries)
     if not count:
         return Shift(frozen([]), frozen(state), frozen(np.eye(size)), frozen(np.zeros((size, 0))))
+    if all(symmetry.generator.jac_sparsity(0, 0).nnz() == 0 for symmetry in system.symmetries):
+        return _translated(system, amounts, state)
     clock, both, parameters = ca.MX.sym("t"), ca.MX.sym("z", size + count), ca.MX.sym("p", 0)
     weighted = [both[size + i] * symmetry.generator(both[:size]) for i, symmetry in enumerate(system.symmetries)]
     rate = ca.vertcat(ca.densify(sum(weighted, start=ca.MX.zeros(size))), ca.DM.zeros(count))
@@ -74,6 +76,12 @@ def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
     image, carried = np.split(passed.state[-1], [size + count])
     slopes = carried.reshape(size + count, size + count, order="F")[:size]
     return Shift(frozen(amounts), frozen(image[:size]), frozen(slopes[:, :size]), frozen(slopes[:, size:]))
+
+
+def _translated(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
+    """Generators that do not depend on the state are translations, whose flow is a sum."""
+    columns = np.array([numeric(symmetry.generator(state)) for symmetry in system.symmetries]).T
+    return Shift(frozen(amounts), frozen(state + columns @ amounts), frozen(np.eye(state.size)), frozen(columns))
 
 
 def closest_shift(system: HybridSystem, state: Vector, target: Vector) -> Shift:
