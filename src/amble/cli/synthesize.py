@@ -31,6 +31,7 @@ def synthesize(
 def synthesized(spec: Path, start: Path | None = None) -> Gait:
     """Solve the problem of a specification with progress, and say how it went."""
     from amble.gait.files import load_gait
+    from amble.synthesis import refine
     from amble.synthesis import synthesize as find
     from amble.synthesis.specification import read_specification
     from amble.synthesis.specified import problem_of
@@ -42,7 +43,7 @@ def synthesized(spec: Path, start: Path | None = None) -> Gait:
     with progress("optimising the gait") as update:
         gait = find(problem, known, solver.tolerance, solver.iterations, lambda iteration: _show(update, iteration))
     typer.echo(solved_line(gait.solver))
-    return gait
+    return gait if solver.refinement == 1 else refine(problem, gait, solver.refinement)
 
 
 def solved_line(report: SolverReport) -> str:

@@ -15,8 +15,8 @@ from amble.gait.record import Gait
 TOLERANCE = 1e-5
 """Bound of every scaled residual."""
 
-SLACK = 1e-2
-"""What a limit that is imposed at the nodes may miss between them, as a share of its size."""
+SLACK = 1e-3
+"""What a limit that is imposed at the nodes of the gait problem may miss between them, as a share of its size."""
 
 
 def check(gait: Gait, grid: int = 4, tolerance: float = TOLERANCE, slack: float = SLACK) -> CheckReport:
@@ -37,15 +37,15 @@ def check(gait: Gait, grid: int = 4, tolerance: float = TOLERANCE, slack: float 
     - cost: root mean square of |u| by Simpson's rule on the grid less the solver's, divided by 1 + the solver's.
     - feedback: where the gait is stabilised, the fixed point, the durations and the touchdowns of its closed loop.
 
-    Limits have the bounds of the gait problem; friction is the true cone. At the nodes they may be missed by
-    ``tolerance`` of their size (positions: m and rad), between them by ``slack``, since the problem imposes them at
-    the nodes only and a motion may run along one. A swing foot never goes below the ground by more than ``tolerance``.
+    Limits have the bounds of the gait problem; friction is the true cone. They may be missed by ``slack`` of their
+    size (positions: rad and m), since the problem imposes them at its nodes only and a motion may run along one. A
+    swing foot never goes below the ground by more than ``tolerance``.
 
     Args:
         gait: the gait.
         grid: points in every spacing of nodes, at least 1.
         tolerance: bound of the scaled residuals.
-        slack: what a limit may miss between the nodes, as a share of its size.
+        slack: what a limit may miss, as a share of its size.
 
     Raises:
         InputError: the grid is not positive.

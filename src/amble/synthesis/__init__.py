@@ -2,7 +2,8 @@
 
 from amble.synthesis.defaults import gait_problem
 from amble.synthesis.problem import GaitProblem
+from amble.synthesis.refine import refine
 from amble.synthesis.solve import Iteration
 from amble.synthesis.synthesize import synthesize
 
-__all__ = ["GaitProblem", "Iteration", "gait_problem", "synthesize"]
+__all__ = ["GaitProblem", "Iteration", "gait_problem", "refine", "synthesize"]

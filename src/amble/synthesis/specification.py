@@ -132,9 +132,10 @@ class PostureSection(Section):
 
 
 class SolverSection(Section):
-    """Intervals a domain, tolerance on the scaled problem, and the most iterations."""
+    """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations."""
 
     intervals: int = 15
+    refinement: int = 1
     tolerance: Ratio = 1e-8
     iterations: int = 500
 

@@ -122,10 +122,8 @@ def residuals(
     return found
 
 
-def limit(
-    family: str, name: str, values: Vector, times: Vector, bounds: tuple[float, float], slack: Vector | float
-) -> Finding:
-    """Return the row of the value that leaves its bounds and slack furthest; where all keep to them, of the outermost.
+def limit(family: str, name: str, values: Vector, times: Vector, bounds: tuple[float, float], slack: float) -> Finding:
+    """Return the row of the value that leaves its bounds furthest, or comes closest to one of them.
 
     Args:
         family: kind of the quantity.
@@ -133,12 +131,9 @@ def limit(
         values: (points,).
         times: clock of every point, (points,), s.
         bounds: lower and upper bound.
-        slack: how far a value may leave its bounds, (points,) or the same everywhere.
+        slack: how far a value may leave its bounds.
     """
     lower, upper = bounds
-    allowed = np.broadcast_to(slack, np.shape(values))
     excess = np.maximum(lower - values, values - upper)
-    excess = np.where(np.isnan(excess), np.inf, excess)
-    beyond = excess - allowed
-    place = int(np.argmax(beyond if np.max(beyond) > 0.0 else excess))
-    return Finding(family, Row(name, lower, float(values[place]), upper), float(times[place]), float(allowed[place]))
+    place = int(np.argmax(np.where(np.isnan(excess), np.inf, excess)))
+    return Finding(family, Row(name, lower, float(values[place]), upper), float(times[place]), slack)

@@ -6,7 +6,6 @@ import numpy as np
 
 from amble.gait.checks.domain_rows import SampledDomain
 from amble.gait.checks.findings import Finding, limit
-from amble.types import Vector
 
 
 def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Finding]:
@@ -14,23 +13,21 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
 
     Args:
         domain: the domain on its grid.
-        tolerance: what a limit may miss at a node, as a share of its size; at the ground and in time, in m and s.
-        slack: what a limit may miss between the nodes, where the gait problem does not impose it.
+        tolerance: what the ground and the bounds of the duration may miss, m and s.
+        slack: what any other limit may miss, as a share of its size: the gait problem imposes it at its nodes only.
     """
     bounds = domain.gait.limits.durations.get(domain.name, (0.0, np.inf))
     duration = np.array([domain.trajectory.duration])
-    share = np.full(len(domain.times), slack)
-    share[domain.nodes] = tolerance
     return [
         limit("duration", f"{domain.name} duration", duration, np.array([np.nan]), bounds, tolerance),
-        *_forces(domain, share),
+        *_forces(domain, slack),
         *_swing(domain, tolerance, slack),
-        *_positions(domain, share),
-        *_rates(domain, share),
+        *_positions(domain, slack),
+        *_rates(domain, slack),
     ]
 
 
-def _forces(domain: SampledDomain, share: Vector) -> list[Finding]:
+def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
     """Normal force and the true friction cone of every stance foot; a foot that lifts ends at the cone's tip."""
     limits, found = domain.gait.limits, []
     lifting = domain.switch.lifting[:1] if not domain.switch.landing else ()
@@ -42,8 +39,8 @@ def _forces(domain: SampledDomain, share: Vector) -> list[Finding]:
         least = 0.0 if foot in lifting else limits.normal_force
         name, bounds, most = f"{domain.name} {{}} {foot}", (least, np.inf), (0.0, limits.friction)
         found += [
-            limit("normal force", name.format("normal force"), normal, times, bounds, share[inside] * (1.0 + least)),
-            limit("friction", name.format("friction"), used, times, most, share[inside] * limits.friction),
+            limit("normal force", name.format("normal force"), normal, times, bounds, slack * (1.0 + least)),
+            limit("friction", name.format("friction"), used, times, most, slack * limits.friction),
         ]
     return found
 
@@ -79,15 +76,15 @@ def middle_of_swing(domain: SampledDomain, foot: str) -> float:
     return 0.5 * (before + 1 + after) - before
 
 
-def _positions(domain: SampledDomain, share: Vector) -> list[Finding]:
+def _positions(domain: SampledDomain, slack: float) -> list[Finding]:
     robot, found = domain.gait.robot, []
     for name, bounds in domain.gait.limits.positions.items():
         values = domain.positions[:, robot.coordinate_index(name)]
-        found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, share))
+        found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, slack))
     return found
 
 
-def _rates(domain: SampledDomain, share: Vector) -> list[Finding]:
+def _rates(domain: SampledDomain, slack: float) -> list[Finding]:
     """Speeds, torques and accelerations against symmetric limits."""
     robot, limits, times = domain.gait.robot, domain.gait.limits, domain.times
     joints = robot.joint_names
@@ -102,5 +99,5 @@ def _rates(domain: SampledDomain, share: Vector) -> list[Finding]:
             if name in largest:
                 bounds = (-largest[name], largest[name])
                 row = f"{domain.name} {kind} {name}"
-                found.append(limit(kind, row, values[:, column], times, bounds, share * largest[name]))
+                found.append(limit(kind, row, values[:, column], times, bounds, slack * largest[name]))
     return found
