@@ -1,4 +1,4 @@
-"""Small convex quadratic programs with a fixed number of operations: Mehrotra's predictor and corrector, unrolled.
+"""Small convex quadratic programs with a fixed number of operations: Mehrotra's predictor and corrector.
 
 Minimise x^T H x / 2 + c^T x subject to G x <= h. No search, no branch, no heap: every step is the same straight-line
 code (Nocedal and Wright, Numerical Optimization, algorithm 16.4). Of all iterates the one that misses the optimality
@@ -58,7 +58,8 @@ def minimise(program: QuadraticProgram, start: ca.SX, steps: int = STEPS) -> ca.
     slack = ca.fmax(data[3] - data[2] @ start, 1.0)
     x, y, z, best, least = start, slack, FIRST_GAP / slack, start, ca.SX(ca.inf)
     for _ in range(steps):
-        x, y, z, best, least = step(*data, x, y, z, best, least)
+        # called, not written out: the code of one step serves all
+        x, y, z, best, least = step.call([*data, x, y, z, best, least], False, True)
     return best
 
 
