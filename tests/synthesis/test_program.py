@@ -53,7 +53,7 @@ def test_every_row_has_its_own_name(small_program: GaitProgram) -> None:
         "D1 node 7 law pinv 0",
         "D2 node 4 friction fr +x",
         "D1 interval 4 defect rate of yaw stage 2",
-        "D1 entry output rate fr_knee",
+        "D1 node 0 output rate of fr_knee",
         "D1->D2 impact x",
         "D2->D3 touchdown height fl",
         "period sum of durations",
@@ -99,7 +99,7 @@ def test_parameters_change_no_structure(small_problem: GaitProblem, small_progra
         replace(small_problem, speed=0.3, gains=(50.0, 10.0), limits=replace(small_problem.limits, friction=0.4))
     )
     assert other.program.row_names == small_program.program.row_names
-    np.testing.assert_array_equal(other.parameters, [0.3, 50.0, 10.0, 0.4])
+    np.testing.assert_array_equal(other.parameters, [0.3, 0.4])
     assert other.program.jacobian.sparsity_out(1) == small_program.program.jacobian.sparsity_out(1)
 
 
@@ -149,6 +149,9 @@ def _end_of_first_domain(program: GaitProgram, gait: Gait) -> Vector:
     unknowns = np.concatenate([places.ravel() for places in kinds])
     names = np.array(nlp.row_names)
     inside = np.array([name.startswith(("D1 node", "D1 interval")) for name in names])
+    # the entry is given, so its place on the curves is not a row to solve
+    at_entry = np.array([name.startswith("D1 node 0 output") and "acceleration" not in name for name in names])
+    inside &= ~at_entry
     rows = np.flatnonzero(inside & (nlp.lower == nlp.upper))
     assert rows.size == unknowns.size
     for _ in range(12):

@@ -10,7 +10,7 @@ import functools
 import logging
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import repeat
@@ -32,12 +32,39 @@ PARALLEL = 2
 
 
 @dataclass(frozen=True)
+class Recipe:
+    """Functions that follow from others by a rule, so that a library is found in the cache without building them.
+
+    Attributes:
+        seeds: what the functions follow from.
+        rule: name of the rule; it must change where ``derive`` would give other functions for the same seeds.
+        exports: names of the functions.
+        derive: the rule: builds the functions.
+    """
+
+    seeds: tuple[ca.Function, ...]
+    rule: str
+    exports: tuple[str, ...]
+    derive: Callable[[], Sequence[ca.Function]]
+
+
+@dataclass(frozen=True)
 class Unit:
-    """One C file: its name (for people), its functions, and the derivatives that go with each of them."""
+    """One C file: its name (for people), its functions, the derivatives of each, or the rule that makes others."""
 
     name: str
     functions: tuple[ca.Function, ...]
-    derivatives: tuple[str, ...]
+    derivatives: tuple[str, ...] = ()
+    recipe: Recipe | None = None
+
+    @property
+    def exports(self) -> tuple[str, ...]:
+        """Names of the functions that the library is asked for."""
+        return self.recipe.exports if self.recipe else tuple(function.name() for function in self.functions)
+
+    def written(self) -> Sequence[ca.Function]:
+        """Build the functions that go into the C file."""
+        return self.recipe.derive() if self.recipe else self.functions
 
     def key(self, tool: Compiler) -> str:
         """Content hash of everything that determines the library.
@@ -46,12 +73,13 @@ class Unit:
         time of the C text, and it spares building the derivatives.
         """
         parts = [LAYOUT, ca.__version__, tool.path, tool.version, *FLAGS, "|", *self.derivatives, "|"]
+        parts += [self.recipe.rule, *self.recipe.exports] if self.recipe else []
         return content_key([*parts, *(function.serialize() for function in self.functions)])
 
     def source(self) -> str:
         """C text of the functions and their derivatives."""
         generator = ca.CodeGenerator(f"{self.name}.c", {"with_header": False})
-        for function in self.functions:
+        for function in self.written():
             generator.add(function)
             for prefix in self.derivatives:
                 generator.add(derivative(function, prefix))
@@ -100,6 +128,22 @@ def compile_all(
         if name not in sources:
             raise UnknownNameError("C file", name, sources)
     units = [Unit(name, tuple(functions), tuple(wanted.get(name, ()))) for name, functions in sources.items()]
+    return _compile(units)
+
+
+def compile_recipes(recipes: Mapping[str, Recipe]) -> dict[str, dict[str, ca.Function]]:
+    """Compile functions that follow from others by a rule; what is in the cache is not even built.
+
+    Args:
+        recipes: name of the C file -> what its functions follow from.
+
+    Returns:
+        Name of the C file -> function name -> compiled function.
+    """
+    return _compile([Unit(name, recipe.seeds, recipe=recipe) for name, recipe in recipes.items()])
+
+
+def _compile(units: Sequence[Unit]) -> dict[str, dict[str, ca.Function]]:
     for unit in units:
         _check(unit)
     tool = compiler()
@@ -110,7 +154,7 @@ def compile_all(
     except OSError as error:
         return _interpreted(units, f"compiled code cannot be stored ({error.strerror or error})")
     return {
-        unit.name: {f.name(): ca.external(f.name(), str(library)) for f in unit.functions}
+        unit.name: {name: ca.external(name, str(library)) for name in unit.exports}
         for unit, library in zip(units, libraries, strict=True)
     }
 
@@ -130,7 +174,7 @@ def derivative(function: ca.Function, prefix: str) -> ca.Function:
 
 
 def _check(unit: Unit) -> None:
-    names = [function.name() for function in unit.functions]
+    names = unit.exports
     if len(set(names)) != len(names):
         raise InputError(f"functions of '{unit.name}' share a name: {', '.join(names)}")
     for prefix in unit.derivatives:
@@ -175,7 +219,7 @@ def _build_in(library: Path, text: str, tool: Compiler) -> Path:
 
 def _interpreted(units: Sequence[Unit], reason: str) -> dict[str, dict[str, ca.Function]]:
     _notice_interpreted(reason)
-    return {unit.name: {f.name(): f for f in unit.functions} for unit in units}
+    return {unit.name: {f.name(): f for f in unit.written()} for unit in units}
 
 
 @functools.cache

@@ -7,13 +7,14 @@ blocks' compiled code and scatters their numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.codegen import compile_all
+from amble.codegen import Recipe, compile_recipes
 
 Index = NDArray[np.int64]
 
@@ -81,14 +82,14 @@ class Program:
 
 @dataclass(frozen=True)
 class _Pieces:
-    """Compiled functions of a block and the local sparsity of its derivatives."""
+    """Compiled functions of a block and the places (rows, columns) of its derivatives' nonzeros."""
 
     value: ca.Function
     gradient: ca.Function
     jacobian: ca.Function
     hessian: ca.Function
-    jacobian_pattern: ca.Sparsity
-    hessian_pattern: ca.Sparsity
+    jacobian_places: tuple[Index, Index]
+    hessian_places: tuple[Index, Index]
 
 
 def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_count: int) -> Program:
@@ -101,8 +102,7 @@ def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_coun
     """
     x, p = ca.MX.sym("x", scale.size), ca.MX.sym("p", parameter_count)
     natural = x * ca.DM(scale)
-    pieces = {block.name: symbolic_pieces(block) for block in blocks}
-    compiled = _compile(pieces)
+    compiled = _compile(blocks)
     rows, costs = [], []
     for block in blocks:
         value = _mapped(compiled[block.name].value, block, natural, p)
@@ -134,41 +134,51 @@ def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_coun
     )
 
 
-def symbolic_pieces(block: Block) -> _Pieces:
+RULE = "block-1"
+"""Changes whenever ``_derive`` would give other functions for the same block."""
+
+
+def _derive(block: Block) -> list[ca.Function]:
     """Differentiate a block: value, gradient of the cost, nonzeros of the Jacobian and of the Lagrangian's Hessian."""
     w, c, p = block.variables, block.constants, block.parameters
     multipliers, weight = ca.SX.sym("lam", block.rows.shape[0]), ca.SX.sym("sigma")
     lagrangian = weight * block.cost + ca.dot(multipliers, block.rows)
     jacobian = ca.jacobian(block.rows, w)
     hessian = ca.triu(ca.hessian(lagrangian, w)[0])
-    rows = ca.densify(block.rows)
-    return _Pieces(
-        ca.Function(f"{block.name}_value", [w, c, p], [rows, ca.densify(block.cost)]),
+    places = [ca.DM(part) for matrix in (jacobian, hessian) for part in matrix.sparsity().get_triplet()]
+    return [
+        _value(block),
         ca.Function(f"{block.name}_gradient", [w, c, p], [ca.densify(ca.gradient(block.cost, w))]),
         ca.Function(f"{block.name}_jacobian", [w, c, p], [_nonzeros(jacobian)]),
         ca.Function(f"{block.name}_hessian", [w, c, p, multipliers, weight], [_nonzeros(hessian)]),
-        jacobian.sparsity(),
-        hessian.sparsity(),
-    )
+        ca.Function(f"{block.name}_places", [], [ca.SX(part) for part in places]),
+    ]
+
+
+def _value(block: Block) -> ca.Function:
+    arguments = [block.variables, block.constants, block.parameters]
+    return ca.Function(f"{block.name}_value", arguments, [ca.densify(block.rows), ca.densify(block.cost)])
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
     return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
 
 
-def _compile(pieces: dict[str, _Pieces]) -> dict[str, _Pieces]:
-    sources = {name: [p.value, p.gradient, p.jacobian, p.hessian] for name, p in pieces.items()}
-    native = compile_all(sources)
-    return {
-        name: replace(
-            p,
-            value=native[name][p.value.name()],
-            gradient=native[name][p.gradient.name()],
-            jacobian=native[name][p.jacobian.name()],
-            hessian=native[name][p.hessian.name()],
+def _compile(blocks: Sequence[Block]) -> dict[str, _Pieces]:
+    kinds = ("value", "gradient", "jacobian", "hessian", "places")
+    recipes = {
+        block.name: Recipe(
+            (_value(block),), RULE, tuple(f"{block.name}_{kind}" for kind in kinds), partial(_derive, block)
         )
-        for name, p in pieces.items()
+        for block in blocks
     }
+    pieces = {}
+    for name, native in compile_recipes(recipes).items():
+        *functions, places = (native[f"{name}_{kind}"] for kind in kinds)
+        where = [np.asarray(part).ravel().astype(np.int64) for part in places.call([])]
+        value, gradient, jacobian, hessian = functions
+        pieces[name] = _Pieces(value, gradient, jacobian, hessian, (where[0], where[1]), (where[2], where[3]))
+    return pieces
 
 
 def _mapped(function: ca.Function, block: Block, natural: ca.MX, p: ca.MX, *more: ca.MX) -> list[ca.MX]:
@@ -189,9 +199,7 @@ def _gradient_places(blocks: Sequence[Block]) -> Index:
 def _jacobian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tuple[Index, Index]:
     rows, columns, offset = [], [], 0
     for block in blocks:
-        local_row, local_column = (
-            np.array(t, dtype=np.int64) for t in pieces[block.name].jacobian_pattern.get_triplet()
-        )
+        local_row, local_column = pieces[block.name].jacobian_places
         start = offset + np.arange(block.instances)[:, None] * block.rows.shape[0]
         rows.append((start + local_row).ravel())
         columns.append(block.columns[:, local_column].ravel())
@@ -202,7 +210,7 @@ def _jacobian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tup
 def _hessian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tuple[Index, Index]:
     first, second = [], []
     for block in blocks:
-        a, b = (np.array(t, dtype=np.int64) for t in pieces[block.name].hessian_pattern.get_triplet())
+        a, b = pieces[block.name].hessian_places
         first.append(block.columns[:, a].ravel())
         second.append(block.columns[:, b].ravel())
     rows, columns = np.concatenate(first), np.concatenate(second)

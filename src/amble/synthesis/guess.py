@@ -1,8 +1,8 @@
-"""Where the solver starts: a walk that kinematics alone can draw.
+"""Where the solver starts: a walk that kinematics and the six rows of the base can draw.
 
-The base advances level at the wanted speed, the feet follow their footholds, inverse kinematics gives the joints, and
-one curve of the outputs' order a coordinate gives values and rates that fit together. From a standing robot the solver
-needs two to three times the iterations (docs/performance.md).
+The base advances evenly at the wanted speed and sways as gravity and the contacts make it (``base_motion``); the feet
+follow their footholds; inverse kinematics gives the joints; one curve of the outputs' order a coordinate gives values
+and rates that fit together. From a standing robot the solver needs far more iterations (docs/performance.md).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from amble.hybrid import stance_jacobian
 from amble.maths.bezier import evaluate, fit
 from amble.robot import Robot, dynamics, kinematics
+from amble.synthesis.base_motion import BASE, LevelWalk, sway
 from amble.synthesis.footholds import foot_path
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.node_block import output_indices
@@ -34,24 +35,41 @@ KINEMATIC_STEPS = 8
 
 
 def walking(problem: GaitProblem, layout: Layout) -> Vector:
-    """Return unscaled variables of a kinematic walk, (n_x,)."""
-    pattern, guess = problem.pattern, np.zeros(layout.size)
+    """Return unscaled variables of a walk whose base sways as the contact forces ask, (n_x,)."""
+    guess = np.zeros(layout.size)
     durations = middle_durations(problem)
-    pose, homes = grounded_posture(problem)
+    robot, (pose, homes) = problem.pattern.robot, grounded_posture(problem)
+    bases, paths = _level(problem, layout, durations, pose, homes)
+    walks = []
+    for domain, base, path in zip(layout.domains, bases, paths, strict=True):
+        T = durations[domain.stance.name]
+        _, q, v, a = _smooth(problem, domain, T, inverse_kinematics(robot, base, pose[BASE:], path))
+        walks.append(LevelWalk(domain.stance, T, q, v, a))
+    shifts, forces = sway(problem.pattern, walks)
+    for domain, walk, base, path, shift, force in zip(layout.domains, walks, bases, paths, shifts, forces, strict=True):
+        motion = inverse_kinematics(robot, base + shift, pose[BASE:], path)
+        _fill(problem, domain, guess, walk.duration, motion, force)
+    guess[layout.period] = sum(walk.duration for walk in walks)
+    return guess
+
+
+def _level(
+    problem: GaitProblem, layout: Layout, durations: Mapping[str, float], pose: Vector, homes: Matrix
+) -> tuple[list[NodeValues], list[NodeValues]]:
+    """Base coordinates that advance evenly and the paths of the feet, domain by domain."""
+    pattern, began = problem.pattern, 0.0
     walk = (problem.speed, SWING_FACTOR * problem.limits.clearance)
-    began = 0.0
+    bases, paths = [], []
     for domain in layout.domains:
         T = durations[domain.stance.name]
         times = began + T * domain.phases
-        base = np.tile(pose[:6], (times.size, 1))
+        base = np.tile(pose[:BASE], (times.size, 1))
         base[:, 0] += problem.speed * times
         feet = zip(pattern.robot.foot_names, homes, strict=True)
-        paths = np.hstack([foot_path(pattern, durations, foot, home, walk, times) for foot, home in feet])
-        motion = inverse_kinematics(pattern.robot, base, pose[6:], paths)
-        _fill(problem, domain, guess, T, motion)
+        bases.append(base)
+        paths.append(np.hstack([foot_path(pattern, durations, foot, home, walk, times) for foot, home in feet]))
         began += T
-    guess[layout.period] = began
-    return guess
+    return bases, paths
 
 
 def middle_durations(problem: GaitProblem) -> dict[str, float]:
@@ -101,32 +119,42 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
 def standing(problem: GaitProblem, layout: Layout) -> Vector:
     """Return unscaled variables of a robot that stands in its posture while time passes, (n_x,)."""
     guess = np.zeros(layout.size)
-    pose = problem.posture.coordinates(problem.pattern.robot)
+    robot = problem.pattern.robot
+    pose = problem.posture.coordinates(robot)
     durations = middle_durations(problem)
     for domain in layout.domains:
-        _fill(problem, domain, guess, durations[domain.stance.name], np.tile(pose, (domain.nodes, 1)))
+        feet = len(domain.stance.feet)
+        share = np.tile([0.0, 0.0, robot.mass * robot.gravity / max(feet, 1)], feet)
+        T, nodes = durations[domain.stance.name], domain.nodes
+        _fill(problem, domain, guess, T, np.tile(pose, (nodes, 1)), np.tile(share, (nodes, 1)))
     guess[layout.period] = sum(durations[domain.stance.name] for domain in layout.domains)
     return guess
 
 
-def _fill(problem: GaitProblem, domain: DomainLayout, guess: Vector, T: float, motion: NodeValues) -> None:
-    """Write a domain's variables: curves through the motion, and efforts of its statics."""
+def _smooth(problem: GaitProblem, domain: DomainLayout, T: float, motion: NodeValues) -> tuple[Matrix, ...]:
+    """Curves of the outputs' order through a motion: coefficients, and q, v, a at the nodes."""
     rates = np.gradient(motion, domain.phases, axis=0, edge_order=2)
     curves = fit(motion, rates, domain.phases, problem.outputs.order)
     q, slope, curvature = evaluate(curves, domain.phases)
+    return curves, q, slope / T, curvature / T**2
+
+
+def _fill(
+    problem: GaitProblem, domain: DomainLayout, guess: Vector, T: float, motion: NodeValues, force: NodeValues
+) -> None:
+    """Write a domain's variables; the torques move the joints against the given contact forces."""
+    curves, q, v, a = _smooth(problem, domain, T, motion)
     guess[domain.duration] = T
     guess[domain.coefficients] = curves[output_indices(problem, domain)].ravel(order="F")
-    guess[domain.q], guess[domain.v], guess[domain.a] = q, slope / T, curvature / T**2
-    guess[domain.u], guess[domain.force] = _efforts(problem, domain, guess)
+    guess[domain.q], guess[domain.v], guess[domain.a] = q, v, a
+    guess[domain.force] = force
+    guess[domain.u] = _torques(problem.pattern.robot, domain, guess)
 
 
-def _efforts(problem: GaitProblem, domain: DomainLayout, guess: Vector) -> tuple[NodeValues, NodeValues]:
-    """Vertical forces that share the weight, and the joint torques that move the joints against them."""
-    robot, feet = problem.pattern.robot, domain.stance.feet
-    share = robot.mass * robot.gravity / max(len(feet), 1)
-    force = np.tile([0.0, 0.0, share], len(feet))
-    symbols: Mapping[str, ca.SX] = {letter: ca.SX.sym(letter, robot.size) for letter in "qva"}
-    load = dynamics.inverse_dynamics(robot, *symbols.values()) - stance_jacobian(robot, feet, symbols["q"]).T @ force
-    function = ca.Function("efforts", list(symbols.values()), [load[robot.size - len(robot.joints) :]])
-    torque = np.asarray(function.map(domain.nodes)(*(guess[getattr(domain, letter)].T for letter in "qva"))).T
-    return torque, np.tile(force, (domain.nodes, 1))
+def _torques(robot: Robot, domain: DomainLayout, guess: Vector) -> NodeValues:
+    symbols = [ca.SX.sym(letter, robot.size) for letter in "qva"]
+    lam = ca.SX.sym("lambda", 3 * len(domain.stance.feet))
+    load = dynamics.inverse_dynamics(robot, *symbols) - stance_jacobian(robot, domain.stance.feet, symbols[0]).T @ lam
+    function = ca.Function("torques", [*symbols, lam], [load[BASE:]]).map(domain.nodes)
+    known = (domain.q, domain.v, domain.a, domain.force)
+    return np.asarray(function(*(guess[part].T for part in known))).T

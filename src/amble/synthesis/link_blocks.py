@@ -1,4 +1,4 @@
-"""Rows between nodes and between domains: collocation defects, entry of the outputs, impacts, periodicity."""
+"""Rows between nodes and between domains: collocation defects, impacts, periodicity."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import casadi as ca
 import numpy as np
 
 from amble.hybrid import stance_jacobian
-from amble.maths.bezier import bezier
 from amble.maths.collocation import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
 from amble.synthesis.assembly import Block
@@ -18,8 +17,13 @@ NO_COST = ca.SX(1, 1)
 
 
 def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
-    """Collocation: every inner and end node of an interval follows from its rates (``HERMITE_SIMPSON``)."""
-    names = problem.pattern.robot.coordinate_names
+    """Collocation: every inner and end node of an interval follows from its rates (``HERMITE_SIMPSON``).
+
+    Coordinates under control lie on their curves and need no rows here.
+    """
+    controlled = output_indices(problem, domain)
+    free = [k for k in range(problem.pattern.robot.size) if k not in controlled]
+    names = [problem.pattern.robot.coordinate_names[k] for k in free]
     size, stages = len(names), HERMITE_SIMPSON.nodes.size
     q, v, a = (ca.SX.sym(letter, size, stages) for letter in "qva")
     T, part = ca.SX.sym("T"), ca.SX.sym("part")
@@ -30,7 +34,7 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
         labels += [f"defect {kind}{name} stage {stage}" for kind in ("", "rate of ") for name in names]
     starts = np.arange(problem.intervals) * (stages - 1)
     steps = [(starts + stage) for stage in range(stages)]
-    columns = [kind[step] for kind in (domain.q, domain.v, domain.a) for step in steps]
+    columns = [kind[step][:, free] for kind in (domain.q, domain.v, domain.a) for step in steps]
     count = problem.intervals
     zeros = np.zeros((count, len(labels)))
     return Block(
@@ -44,32 +48,6 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
         np.hstack([*columns, np.tile(domain.duration, (count, 1))]),
         np.full((count, 1), 1.0 / count),
         tuple(f"{domain.stance.name} interval {k}" for k in range(count)),
-        zeros,
-        zeros,
-    )
-
-
-def entry_block(problem: GaitProblem, domain: DomainLayout) -> Block:
-    """Y = 0 and y' = 0 at the first node; with the output dynamics they vanish all along the domain."""
-    controlled = output_indices(problem, domain)
-    size = problem.pattern.robot.size
-    q, v, T = ca.SX.sym("q", size), ca.SX.sym("v", size), ca.SX.sym("T")
-    alpha = ca.SX.sym("alpha", len(controlled), problem.outputs.order + 1)
-    value, slope, _ = bezier(alpha, ca.SX(0))
-    names = problem.outputs.of(domain.stance.name).coordinates
-    labels = [f"output {name}" for name in names] + [f"output rate {name}" for name in names]
-    zeros = np.zeros((1, len(labels)))
-    return Block(
-        f"entry_{domain.stance.name}",
-        ca.vertcat(q, v, T, ca.vec(alpha)),
-        ca.SX(0, 1),
-        ProgramParameters.symbols().packed(),
-        ca.vertcat(q[controlled] - value, v[controlled] * T - slope),
-        NO_COST,
-        tuple(labels),
-        np.concatenate([domain.q[0], domain.v[0], domain.duration, domain.coefficients])[None, :],
-        np.zeros((1, 0)),
-        (f"{domain.stance.name} entry",),
         zeros,
         zeros,
     )

@@ -19,28 +19,30 @@ from amble.synthesis.problem import GaitProblem
 FORCE_UNIT = 10.0
 """Scale of force and torque rows, N and N m, so that rows of all kinds have similar size."""
 
+ACCELERATION_UNIT = 20.0
+"""The same for rows of accelerations, rad/s^2."""
+
 
 @dataclass(frozen=True)
 class ProgramParameters:
-    """Symbols of the numbers that may change without compiling again: speed, gains, friction."""
+    """Symbols of the numbers that may change without compiling again: speed, friction."""
 
     speed: ca.SX
-    gains: ca.SX
     friction: ca.SX
 
     @classmethod
     def symbols(cls) -> ProgramParameters:
         """Create the symbols."""
-        return cls(ca.SX.sym("speed"), ca.SX.sym("gains", 2), ca.SX.sym("friction"))
+        return cls(ca.SX.sym("speed"), ca.SX.sym("friction"))
 
     def packed(self) -> ca.SX:
         """One column."""
-        return ca.vertcat(self.speed, self.gains, self.friction)
+        return ca.vertcat(self.speed, self.friction)
 
 
 def parameter_values(problem: GaitProblem) -> np.ndarray:
     """Return the values in the order of ``ProgramParameters.packed``."""
-    return np.array([problem.speed, *problem.gains, problem.limits.friction])
+    return np.array([problem.speed, problem.limits.friction])
 
 
 def output_indices(problem: GaitProblem, domain: DomainLayout) -> list[int]:
@@ -63,15 +65,16 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     J = stance_jacobian(robot, feet, q)
     motion = dynamics.inverse_dynamics(robot, q, v, a) - selection(robot) @ u - J.T @ lam
     contact = J @ a + stance_bias(robot, feet, q, v)
-    outputs = _output_dynamics(problem, domain, (q, v, a), (alpha, T, phase), parameters)
+    outputs = _output_rows(problem, domain, (q, v, a), (alpha, T, phase))
     law = _law_rows(problem, domain, q, v, u, lam, J)
     cones = _friction_rows(len(feet), lam, parameters)
     swing = [foot for foot in robot.foot_names if foot not in feet]
     heights = ca.vertcat(*[kinematics.foot_position(robot, foot, q)[2] for foot in swing], ca.SX(0, 1))
+    coordinates = problem.outputs.of(domain.stance.name).coordinates
     labels = (
         [f"dynamics {name}" for name in robot.coordinate_names]
         + [f"contact {foot} {axis}" for foot in feet for axis in "xyz"]
-        + [f"output {name}" for name in problem.outputs.of(domain.stance.name).coordinates]
+        + [f"output {kind}{name}" for kind in ("", "rate of ", "acceleration of ") for name in coordinates]
         + [f"law {problem.law.name} {i}" for i in range(law.shape[0])]
         + [f"friction {foot} {side}" for foot in feet for side in ("+x", "-x", "+y", "-y")]
         + [f"height {foot}" for foot in swing]
@@ -97,20 +100,20 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     )
 
 
-def _output_dynamics(
-    problem: GaitProblem,
-    domain: DomainLayout,
-    state: tuple[ca.SX, ca.SX, ca.SX],
-    curve: tuple[ca.SX, ca.SX, ca.SX],
-    parameters: ProgramParameters,
+def _output_rows(
+    problem: GaitProblem, domain: DomainLayout, state: tuple[ca.SX, ca.SX, ca.SX], curve: tuple[ca.SX, ca.SX, ca.SX]
 ) -> ca.SX:
-    """Y'' + K_d y' + K_p y."""
+    """The controlled coordinates lie on their curves with their rates: y = y' = y'' = 0.
+
+    The output dynamics y'' + K_d y' + K_p y = 0 from y = y' = 0 say the same, but through collocation rows that tie
+    every controlled coordinate of a node to its neighbours; without them the solver's matrices have a quarter of the
+    work (docs/performance.md).
+    """
     controlled = output_indices(problem, domain)
     q, v, a = (part[controlled] for part in state)
     alpha, T, phase = curve
     value, slope, curvature = bezier(alpha, phase)
-    kp, kd = parameters.gains[0], parameters.gains[1]
-    return (a - curvature / T**2) + kd * (v - slope / T) + kp * (q - value)
+    return ca.vertcat(q - value, v - slope / T, (a - curvature / T**2) / ACCELERATION_UNIT)
 
 
 def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX, J: ca.SX) -> ca.SX:
@@ -137,7 +140,11 @@ def _friction_rows(feet: int, lam: ca.SX, parameters: ProgramParameters) -> ca.S
 def _bounds(
     problem: GaitProblem, domain: DomainLayout, equalities: int, swing: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Equalities are zero, cones not negative, swing feet above a parabola over their whole swing."""
+    """Equalities are zero, cones not negative, swing feet above a curve over their whole swing.
+
+    The curve, clearance (4 s (1 - s))^2, begins and ends flat: a foot at rest cannot follow a slope at once, so below
+    a parabola the first node would ask for accelerations that grow with the number of nodes.
+    """
     cones = 4 * len(domain.stance.feet)
     lower = np.zeros((domain.nodes, equalities + cones + len(swing)))
     upper = np.zeros_like(lower)
@@ -145,7 +152,7 @@ def _bounds(
     for row, foot in enumerate(swing, start=equalities + cones):
         first, last = swing_span(problem, domain, foot)
         progress = first + (last - first) * domain.phases
-        lower[:, row] = problem.limits.clearance * 4.0 * progress * (1.0 - progress)
+        lower[:, row] = problem.limits.clearance * (4.0 * progress * (1.0 - progress)) ** 2
         # At lift-off the foot is on the ground by continuity and at touchdown by the guard: a row there would repeat.
         lower[progress < 1e-9, row] = -np.inf
         lower[progress > 1.0 - 1e-9, row] = -np.inf

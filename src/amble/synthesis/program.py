@@ -1,4 +1,4 @@
-"""The gait problem as a compiled program: speed, friction, gains and bounds change without compiling again."""
+"""The gait problem as a compiled program: speed, friction and bounds change without compiling again."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from amble.synthesis.assembly import Block, Program, assemble
 from amble.synthesis.bounds import variable_bounds
 from amble.synthesis.layout import Layout, build_layout
-from amble.synthesis.link_blocks import defect_block, entry_block, period_block, switch_block
+from amble.synthesis.link_blocks import defect_block, period_block, switch_block
 from amble.synthesis.node_block import node_block, parameter_values
 from amble.synthesis.problem import GaitProblem
 
@@ -50,7 +50,6 @@ def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:
         blocks += [
             node_block(problem, layout, domain),
             defect_block(problem, domain),
-            entry_block(problem, domain),
             switch_block(problem, layout, number),
         ]
     return [*blocks, period_block(layout)]

@@ -83,7 +83,10 @@ class _Split:
 def _split(program: GaitProgram) -> _Split:
     names, nlp = program.program.row_names, program.program
     prefixes = tuple(f"{d.stance.name} {kind} " for d in program.layout.domains for kind in ("node", "interval"))
-    inside = np.array([name.startswith(prefixes) for name in names])
+    # Where the entry lies on the curves is a matter of the entry; the accelerations there belong to the node.
+    entries = tuple(f"{d.stance.name} node 0 output " for d in program.layout.domains)
+    at_entry = [name.startswith(entries) and " acceleration " not in name for name in names]
+    inside = np.array([name.startswith(prefixes) for name in names]) & ~np.array(at_entry)
     equal = nlp.lower == nlp.upper
     inner = np.concatenate([_inner_variables(domain) for domain in program.layout.domains])
     free = np.flatnonzero(program.lower < program.upper)
