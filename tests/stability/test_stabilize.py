@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amble.control import DropActuator, PseudoInverse
-from amble.errors import UnknownNameError
+from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.simulation.walking import simulate_gait
@@ -146,9 +146,25 @@ def test_simulated_contraction_agrees_with_the_radius(stabilized: Stabilized) ->
     assert mode.difference < 0.1
 
 
-def test_without_free_weights_the_orbit_stays_unstable(walking_gait: Gait) -> None:
-    with pytest.raises(NotStabilizedError, match="best spectral radius"):
-        stabilization(walking_gait, free=("roll",), most_steps=1, target=100.0)
+def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
+    """The error says how far it came and which outputs limit it."""
+    with pytest.raises(NotStabilizedError, match=r"best spectral radius .* free: fl_knee .* were not: \w+") as caught:
+        stabilization(walking_gait, free=("fl_knee",), most_steps=1)
+    best = float(str(caught.value).split("cycle ")[1].split(" ")[0])
+    assert 1.0 <= best < 12.0
+
+
+def test_matrix_inequalities_reduce_the_radius(walking_gait: Gait) -> None:
+    """Two steps from an unstable start do not suffice; what they reach is in the message."""
+    with pytest.raises(NotStabilizedError) as caught:
+        stabilization(walking_gait, method="bilinear", most_steps=2)
+    best = float(str(caught.value).split("cycle ")[1].split(" ")[0])
+    assert 1.0 <= best < 10.0
+
+
+def test_a_target_that_is_not_stable_is_refused(walking_gait: Gait) -> None:
+    with pytest.raises(InputError, match="between 0 and 1"):
+        stabilization(walking_gait, target=1.5)
 
 
 def test_unknown_names_are_refused(walking_gait: Gait) -> None:

@@ -106,12 +106,15 @@ def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
         direction = ca.DM.zeros(size)
         direction[place] = 1.0
         found.append(Symmetry(name, ca.Function(f"symmetry_{name}", [x], [ca.SX(direction)])))
-    if gait.feedback is None and not _sees_orientation(gait):
+    if not _sees_orientation(gait):
         found.append(Symmetry("yaw", _turn(gait.robot, x)))
     return tuple(found)
 
 
 def _sees_orientation(gait: Gait) -> bool:
+    """Whether any output depends on roll, pitch or yaw, the first three coordinates of y_a."""
+    if gait.feedback is not None:
+        return any(bool(np.any(weights[:, :3])) for weights in gait.feedback.weights.values())
     return any(name in ("roll", "pitch", "yaw") for domain in gait.outputs.domains for name in domain.coordinates)
 
 

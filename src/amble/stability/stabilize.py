@@ -11,11 +11,11 @@ import numpy as np
 
 from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.outputs import controllable
-from amble.errors import UnknownNameError, WorkError
+from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.stability.bilinear import bilinear_step
-from amble.stability.descent import descent_step
+from amble.stability.descent import descent_step, smooth_radius
 from amble.stability.fixed_point import FixedPoint
 from amble.stability.orbit import Orbit, sample_orbit
 from amble.stability.own_orbit import own_fixed_point, with_own_orbit
@@ -24,8 +24,11 @@ from amble.types import Vector
 
 Method = Literal["bilinear", "descent"]
 BASE = ("roll", "pitch", "yaw")
-LONGEST_STEP = 1.0
+LONGEST_STEP, LARGEST_STEP = 1.0, 4.0
+"""Length of the first step and what it may grow to: |d| for "bilinear", the share of the way for "descent"."""
+
 SHORTEST_STEP = 1e-3
+SMALLEST_GAIN = 1e-3
 DESCENT_EVALUATIONS = 60
 LARGEST_DRIFT = 1e-6
 """The fixed point may move this much under new weights; more means that the references do not reproduce the orbit."""
@@ -60,6 +63,7 @@ class Stabilized:
         reason: why it stopped.
         parameters: number of free weights.
         method: "bilinear" or "descent".
+        seconds: wall time of everything, s.
     """
 
     gait: Gait
@@ -67,6 +71,7 @@ class Stabilized:
     reason: str
     parameters: int
     method: str
+    seconds: float
 
     @property
     def initial(self) -> float:
@@ -78,17 +83,12 @@ class Stabilized:
         """Spectral radius of a gait cycle after."""
         return self.steps[-1].radius
 
-    @property
-    def seconds(self) -> float:
-        """Wall time, s."""
-        return self.steps[-1].seconds
-
 
 Progress = Callable[[Step], None]
 
 
 class NotStabilizedError(WorkError):
-    """The orbit stays unstable; the message names the best radius and the coordinates of the mode that resists."""
+    """The orbit stays unstable; the message names the best radius and the outputs that limit it."""
 
 
 def stabilize(
@@ -124,36 +124,42 @@ def stabilization(
 
     Raises:
         UnknownNameError: a free coordinate or the method does not exist.
+        InputError: the target is not between 0 and 1.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
     """
     if method not in ("bilinear", "descent"):
         raise UnknownNameError("method", method, ["bilinear", "descent"])
+    if not 0.0 < target < 1.0:
+        raise InputError(f"the target radius is {target:g}; a stable orbit has a radius between 0 and 1")
     began = time.perf_counter()
     search = _Search.of(with_own_orbit(gait), free)
     theta, length = np.zeros(search.weighting.size), LONGEST_STEP
-    here = search.evaluate(theta)
     steps = [search.accepted(0, theta, 0.0, began)]
     _tell(progress, steps[-1])
     reason = f"{most_steps} steps taken"
-    for number in range(1, most_steps + 1):
-        if steps[-1].radius <= target:
-            reason = f"the target {target:g} is reached"
+    while len(steps) <= most_steps and steps[-1].radius > target:
+        if length < SHORTEST_STEP:
+            reason = "no step reduces the radius any more"
             break
-        proposed = search.propose(method, here, theta, length)
-        there = search.evaluate(proposed)
-        if there.radius >= here.radius * (1.0 - 1e-3):
-            length *= 0.5
-            if method == "descent" or length < SHORTEST_STEP:
-                reason = "no step reduces the radius any more"
-                break
+        try:
+            proposed = search.propose(method, theta, length)
+            step = search.accepted(len(steps), proposed, float(np.linalg.norm(proposed - theta)), began)
+        except WorkError as error:  # the closed loop fell, did not close, or the step's own problem failed: step back
+            reason, length = str(error), 0.25 * length
             continue
-        steps.append(search.accepted(number, proposed, float(np.linalg.norm(proposed - theta)), began))
-        _tell(progress, steps[-1])
-        theta, here, length = proposed, there, min(2.0 * length, 4.0 * LONGEST_STEP)
+        if step.radius >= steps[-1].radius * (1.0 - SMALLEST_GAIN):
+            length *= 0.25
+            continue
+        steps.append(step)
+        _tell(progress, step)
+        theta, length = proposed, min(2.0 * length, LARGEST_STEP)
+    if steps[-1].radius <= target:
+        reason = f"the target {target:g} is reached"
     if steps[-1].radius >= 1.0:
-        raise NotStabilizedError(search.explain(here, steps[-1].radius, free, reason))
-    return Stabilized(search.gait_with(theta), tuple(steps), reason, search.weighting.size, method)
+        raise NotStabilizedError(search.explain(theta, steps[-1].radius, free, reason))
+    spent = time.perf_counter() - began
+    return Stabilized(search.gait_with(theta), tuple(steps), reason, search.weighting.size, method, spent)
 
 
 @dataclass(frozen=True)
@@ -175,10 +181,11 @@ class _Search:
     def evaluate(self, theta: Vector) -> WeightedMap:
         return weighted_map(self.orbit, self.weighting, theta)
 
-    def propose(self, method: Method, here: WeightedMap, theta: Vector, length: float) -> Vector:
-        if method == "descent":
-            return descent_step(self.orbit, self.weighting, theta, DESCENT_EVALUATIONS)
-        return theta + bilinear_step(here, length)[0]
+    def propose(self, method: Method, theta: Vector, length: float) -> Vector:
+        if method == "bilinear":
+            return theta + bilinear_step(self.evaluate(theta), length)[0]
+        best = descent_step(self.orbit, self.weighting, theta, DESCENT_EVALUATIONS)
+        return theta + min(length, 1.0) * (best - theta)
 
     def gait_with(self, theta: Vector) -> Gait:
         assert self.gait.feedback is not None
@@ -196,16 +203,20 @@ class _Search:
         basis = self.orbit.basis
         return float(np.abs(np.linalg.eigvals(basis.T @ found.monodromy.matrix @ basis)).max())
 
-    def explain(self, here: WeightedMap, radius: float, free: Sequence[str], reason: str) -> str:
-        """Name the coordinates that move most in the mode of the largest multiplier."""
-        values, vectors = np.linalg.eig(here.matrix)
-        mode = np.abs(self.orbit.basis @ vectors[:, np.argmax(np.abs(values))])
-        names = self.gait.robot.coordinate_names
-        names = (*names, *(f"rate of {name}" for name in names))
-        leading = ", ".join(names[i] for i in np.argsort(-mode)[:4])
+    def explain(self, theta: Vector, radius: float, free: Sequence[str], reason: str) -> str:
+        """Say which outputs limit the radius: by how much a weight on each coordinate would change it, best first."""
+        names = controllable(self.gait.robot)
+        everything = _weighting(self.gait_with(theta), names)
+        here = weighted_map(self.orbit, everything, np.zeros(everything.size))
+        pull = here.gradient(smooth_radius(here.matrix)[1])
+        columns = np.concatenate([np.nonzero(mask)[1] for mask in everything.free.values()])
+        effect = {name: float(np.linalg.norm(pull[columns == place])) for place, name in enumerate(names)}
+        others = sorted((name for name in names if name not in free), key=lambda name: -effect[name])[:3]
+        limiting = ", ".join(f"{name} ({effect[name]:.2g})" for name in free)
+        helpful = ", ".join(f"{name} ({effect[name]:.2g})" for name in others)
         return (
-            f"the orbit stays unstable: best spectral radius of a gait cycle {radius:.4g} with free weights on "
-            f"{', '.join(free)} ({reason}); the mode that resists moves {leading} most"
+            f"the orbit stays unstable: best spectral radius of a gait cycle {radius:.4g} ({reason}); "
+            f"slope of its logarithm in the weights that were free: {limiting}; in those that were not: {helpful}"
         )
 
 
