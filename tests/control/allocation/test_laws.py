@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from amble.control import (
     MinimumPeak,
     MinimumPower,
     PseudoInverse,
+    Redundancy,
     WeightedMinimumNorm,
 )
 from amble.control.actuator import actuator
@@ -26,7 +28,7 @@ from tests.control.allocation.solvers import (
     peak_program,
     power_program,
 )
-from tests.control.allocation.stances import FRICTION, NAMES, NORMAL, Sample, choose, samples
+from tests.control.allocation.stances import FRICTION, NAMES, NORMAL, Sample, choose, samples, stance_feet
 
 STATES = 1000
 STANCES = [(name, count) for name in NAMES for count in (2, 3, 4)]
@@ -232,14 +234,24 @@ def test_weighted_minimum_norm_is_a_least_squares_solution(name: str, count: int
 
 def _choose_unhashed(name: str, count: int, law: WeightedMinimumNorm, sample: Sample) -> object:
     """The law on numbers, as casadi constants: a mapping of weights cannot key a cache of functions."""
-    import casadi as ca
-
-    from amble.control import Redundancy
-    from tests.control.allocation.stances import stance_feet
-
     robot = robots.robot(name)
     parts = (sample.torques, sample.null, sample.forces, sample.squeeze, sample.speeds)
     return ca.DM(law.choose(Redundancy(robot, stance_feet(robot, count), *(ca.SX(ca.DM(part)) for part in parts))))
+
+
+@pytest.mark.parametrize(("name", "count"), STANCES)
+def test_rows_of_the_gait_problem_vanish_where_the_controller_stays(name: str, count: int) -> None:
+    """One law, two uses: the torques that ``choose`` gives fulfil ``rows``."""
+    robot = robots.robot(name)
+    for law in (PseudoInverse(), WeightedMinimumNorm({robot.joint_names[0]: 5.0, robot.joint_names[7]: 0.3})):
+        for sample in samples(name, count, 10, seed=13):
+            feet = stance_feet(robot, count)
+            parts = [ca.SX(ca.DM(part)) for part in (sample.null, sample.forces, sample.squeeze, sample.speeds)]
+            least = sample.torques + sample.null @ _least_norm(sample)
+            found = Redundancy(robot, feet, ca.SX(ca.DM(least)), *parts)
+            u = ca.SX(ca.DM(least)) + found.null @ law.choose(found)
+            rows = ca.DM(law.rows(Redundancy(robot, feet, u, *parts)))
+            assert np.max(np.abs(rows.full())) <= 1e-10 * np.linalg.norm(least) * np.abs(sample.null).max() * 5.0
 
 
 @pytest.mark.parametrize(("name", "count"), STANCES)
@@ -290,10 +302,6 @@ def test_laws_with_kinks_close_no_gait_problem(law: MinimumPower) -> None:
 
 @pytest.mark.parametrize("law", [PseudoInverse(), DropActuator(()), MinimumPower(), MinimumPeak(), BOUNDED])
 def test_one_foot_leaves_nothing_to_choose(law: PseudoInverse) -> None:
-    import casadi as ca
-
-    from amble.control import Redundancy
-
     nothing = ca.SX(12, 0)
     robot = robots.robot("astro")
     redundancy = Redundancy(robot, ("fl",), ca.SX.ones(12), nothing, ca.SX.ones(3), ca.SX(3, 0), ca.SX.ones(12))
