@@ -39,6 +39,8 @@ def test_a_speed_that_cannot_be_walked_exits_1_with_rows(
     assert "error: not solved: " in error
     assert "(violated by" in error
     assert os.listdir() == ["spec.toml"]
+    assert exit_code("synthesize", "spec.toml", "--keep", "last.json") == 1
+    assert load_gait("last.json").solver.status not in ("", "Solve_Succeeded")
 
 
 def test_ctrl_c_leaves_the_last_good_file(tmp_path: Path) -> None:

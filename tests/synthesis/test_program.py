@@ -47,11 +47,11 @@ def test_every_row_has_its_own_name(small_program: GaitProgram) -> None:
     names = small_program.program.row_names
     assert len(set(names)) == len(names) == small_program.program.lower.size
     for name in (
-        "D1 node 0 dynamics x",
+        "D1 node 0 dynamics x (10 N)",
         "D1 node 10 contact rl z",
         "D2 node 3 output fl_knee",
         "D1 node 7 law pinv 0",
-        "D2 node 4 friction fr +x",
+        "D2 node 4 friction fr +x (10 N)",
         "D1 interval 4 defect rate of yaw stage 2",
         "D1 node 0 output rate of fr_knee",
         "D1->D2 impact x",

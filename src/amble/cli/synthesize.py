@@ -19,13 +19,22 @@ def synthesize(
     spec: Annotated[Path, typer.Argument(help="Specification, a TOML file.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Where to write the gait.")] = Path("gait.json"),
     start: Annotated[
-        Path | None, typer.Option("--from", help="Gait to start from; else the robot stands.", show_default=False)
+        Path | None, typer.Option("--from", help="Gait to start from; else a kinematic walk.", show_default=False)
+    ] = None,
+    keep: Annotated[
+        Path | None, typer.Option(help="Where to write the last iterate of a failed run.", show_default=False)
     ] = None,
 ) -> None:
     """Find the gait that a specification describes."""
     from amble.gait.files import save_gait
+    from amble.synthesis.synthesize import GaitNotSolvedError
 
-    wrote(save_gait(synthesized(spec, start), out))
+    try:
+        wrote(save_gait(synthesized(spec, start), out))
+    except GaitNotSolvedError as error:
+        if keep is not None:
+            wrote(save_gait(error.last, keep))
+        raise
 
 
 def synthesized(spec: Path, start: Path | None = None) -> Gait:

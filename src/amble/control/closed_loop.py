@@ -45,7 +45,7 @@ class StanceLoop:
 
     @property
     def jacobian(self) -> ca.Function:
-        """D field / d x, the first result of ``variation``."""
+        """Slope of the field in x, the first result of ``variation``."""
         symbols = [ca.MX.sym(name, self.variation.numel_in(i)) for i, name in enumerate(ARGUMENTS)]
         return ca.Function("jacobian", symbols, [self.variation(*symbols)[0]], ARGUMENTS, ["jacobian"])
 

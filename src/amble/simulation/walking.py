@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from amble.control import AllocationLaw
+from amble.errors import WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.hybrid import HybridSystem
@@ -12,6 +15,9 @@ from amble.simulation.perturbation import perturbed
 from amble.simulation.simulate import simulate
 from amble.simulation.trace import Trace
 from amble.simulation.walk import Progress
+
+SMALLEST_PIVOT = 1e-6
+"""Pivots of [A; N^T] are accelerations per torque, about 1 for ASTRo; below this six digits of the torques are gone."""
 
 
 def simulate_gait(
@@ -38,7 +44,22 @@ def simulate_gait(
 
     Returns:
         The trace; where the robot falls, ``Trace.ended`` says when and why.
+
+    Raises:
+        WorkError: the decoupling equations lose rank on the way, so that the torques mean nothing from there on.
     """
     start = perturbed(start_state(gait), perturbation, seed)
     system = (loop or closed_loop)(gait, law)
-    return simulate(system, start, cycles, tolerance, progress=progress)
+    trace = simulate(system, start, cycles, tolerance, progress=progress)
+    _require_rank(trace)
+    return trace
+
+
+def _require_rank(trace: Trace) -> None:
+    pivots = trace.signals["pivot"][:, 0]
+    place = int(np.argmin(pivots))
+    if not pivots[place] >= SMALLEST_PIVOT:
+        raise WorkError(
+            f"the decoupling equations lose rank in domain '{trace.domains[trace.domain[place]]}' at "
+            f"{trace.time[place]:.6g} s: smallest pivot {pivots[place]:.2g}, at least {SMALLEST_PIVOT:g} is needed"
+        )

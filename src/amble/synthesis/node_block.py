@@ -8,11 +8,13 @@ import casadi as ca
 import numpy as np
 
 from amble.control import Redundancy, internal_forces
+from amble.errors import InputError
 from amble.hybrid import selection, stance_bias, stance_jacobian
 from amble.maths.bezier import bezier
 from amble.maths.collocation import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.synthesis.assembly import Block
+from amble.synthesis.bounds import MARGIN
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
 
@@ -72,11 +74,11 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     heights = ca.vertcat(*[kinematics.foot_position(robot, foot, q)[2] for foot in swing], ca.SX(0, 1))
     coordinates = problem.outputs.of(domain.stance.name).coordinates
     labels = (
-        [f"dynamics {name}" for name in robot.coordinate_names]
+        [f"dynamics {name} (10 N)" for name in robot.coordinate_names]
         + [f"contact {foot} {axis}" for foot in feet for axis in "xyz"]
         + [f"output {kind}{name}" for kind in ("", "rate of ", "acceleration of ") for name in coordinates]
-        + [f"law {problem.law.name} {i}" for i in range(law.shape[0])]
-        + [f"friction {foot} {side}" for foot in feet for side in ("+x", "-x", "+y", "-y")]
+        + [f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])]
+        + [f"friction {foot} {side} (10 N)" for foot in feet for side in ("+x", "-x", "+y", "-y")]
         + [f"height {foot}" for foot in swing]
     )
     equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
@@ -128,8 +130,8 @@ def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u:
 
 
 def _friction_rows(feet: int, lam: ca.SX, parameters: ProgramParameters) -> ca.SX:
-    """The pyramid inside the friction cone: mu / sqrt(2) f_z -+ f_x >= 0, and the same for y."""
-    inner = parameters.friction / np.sqrt(2.0)
+    """The pyramid inside the friction cone, less the margin: mu / sqrt(2) f_z -+ f_x >= 0, and the same for y."""
+    inner = (1.0 - MARGIN) * parameters.friction / np.sqrt(2.0)
     rows = []
     for foot in range(feet):
         fx, fy, fz = lam[3 * foot], lam[3 * foot + 1], lam[3 * foot + 2]
@@ -167,11 +169,10 @@ def swing_span(problem: GaitProblem, domain: DomainLayout, foot: str) -> tuple[f
     """Return the parts of a foot's swing at which this domain begins and ends, counting domains."""
     stances = problem.pattern.stances
     here = [stance.name for stance in stances].index(domain.stance.name)
-    before = 0
-    while foot not in stances[here - before - 1].feet and before < len(stances):
-        before += 1
-    after = 0
-    while foot not in stances[(here + after + 1) % len(stances)].feet and after < len(stances):
-        after += 1
+    around = range(len(stances))
+    before = next((k for k in around if foot in stances[here - k - 1].feet), None)
+    after = next((k for k in around if foot in stances[(here + k + 1) % len(stances)].feet), None)
+    if before is None or after is None:
+        raise InputError(f"foot '{foot}' never stands in this gait")
     total = before + after + 1
     return before / total, (before + 1) / total

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble import __version__
+from amble.errors import InputError
 from amble.gait import DomainTrajectory, Gait
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
@@ -36,7 +37,17 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
 
 
 def from_gait(gait: Gait, layout: Layout) -> NDArray[np.float64]:
-    """Return unscaled start variables that follow a gait of the same structure, on this layout's nodes, (n_x,)."""
+    """Return unscaled start variables that follow a gait of the same structure, on this layout's nodes, (n_x,).
+
+    Raises:
+        InputError: the gait has other stances, joints or output curves.
+    """
+    expected = [(d.stance, d.coefficients.size, d.q.shape[1], d.impulse.size) for d in layout.domains]
+    given = [
+        (gait.pattern.stance(d.name), d.coefficients.size, d.positions.shape[1], d.impulse.size) for d in gait.domains
+    ]
+    if expected != given:
+        raise InputError("the gait to start from has other stances, joints or output curves than the problem")
     start = np.zeros(layout.size)
     for domain, known in zip(layout.domains, gait.domains, strict=True):
         phases = known.times / known.duration

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.errors import NotSolvedError, Row
+from amble.errors import Row
 from amble.gait import SolverReport
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.threads import single_threaded
@@ -114,12 +114,6 @@ def solve(
     seconds = time.perf_counter() - began
     watch.raise_interrupt()
     return _solution(program, result, solver.stats(), seconds)
-
-
-def require_solved(solution: Solution) -> None:
-    """Raise NotSolvedError with the violated rows where the solver did not succeed."""
-    if not solution.solved:
-        raise NotSolvedError(solution.report.status, solution.rows)
 
 
 def violated_rows(program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[Row, ...]:

@@ -134,10 +134,10 @@ class PostureSection(Section):
 class SolverSection(Section):
     """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations."""
 
-    intervals: int = 15
-    refinement: int = 1
-    tolerance: Ratio = 1e-8
-    iterations: int = 500
+    intervals: int = Field(default=15, ge=2)
+    refinement: int = Field(default=1, ge=1)
+    tolerance: Ratio = Field(default=1e-8, gt=0.0)
+    iterations: int = Field(default=500, ge=1)
 
 
 class Specification(Section):

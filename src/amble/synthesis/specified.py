@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from amble.control.allocation import law_from
+from amble.control.laws import law_for
 from amble.control.outputs import joint_outputs
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Limits
@@ -42,7 +42,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     return GaitProblem(
         pattern,
         joint_outputs(pattern, outputs.order, outputs.free),
-        law_from(specification.law.name, specification.law.parameters),
+        law_for(pattern, specification.law.name, specification.law.parameters),
         specification.gait.speed,
         _limits(specification.limits, pattern, known.bounds if known else None),
         _posture(specification, robot, known.posture if known else None),

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from amble.errors import NotSolvedError, Row
 from amble.gait import Gait
 from amble.synthesis.guess import walking
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import build_program
 from amble.synthesis.rank import require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Progress, require_solved, solve
+from amble.synthesis.solve import Progress, solve
+
+
+class GaitNotSolvedError(NotSolvedError):
+    """The solver stopped without a solution.
+
+    Attributes:
+        last: the last iterate, as a gait that violates the rows of the error.
+    """
+
+    def __init__(self, status: str, rows: Sequence[Row], last: Gait) -> None:
+        super().__init__(status, rows)
+        self.last = last
 
 
 def synthesize(
@@ -30,7 +45,9 @@ def synthesize(
         progress: called after every iteration.
 
     Raises:
-        NotSolvedError: the solver stopped without a solution; the error carries the violated rows.
+        GaitNotSolvedError: the solver stopped without a solution; the error carries the violated rows and the last
+            iterate.
+        NotSolvedError: equality rows of the problem depend on each other.
     """
     program = build_program(problem)
     layout = program.layout
@@ -43,5 +60,7 @@ def synthesize(
         most_iterations,
         progress=progress,
     )
-    require_solved(solution)
-    return to_gait(problem, layout, solution)
+    gait = to_gait(problem, layout, solution)
+    if not solution.solved:
+        raise GaitNotSolvedError(solution.report.status, solution.rows, gait)
+    return gait

@@ -24,6 +24,11 @@ class DropActuator(AllocationLaw):
 
     joints: tuple[str, ...]
 
+    def __post_init__(self) -> None:
+        """Take a single name for a tuple of one."""
+        if isinstance(self.joints, str):
+            object.__setattr__(self, "joints", (self.joints,))
+
     @property
     def name(self) -> str:
         """Name in files and on the command line."""
