@@ -15,7 +15,7 @@ COEFFICIENT_RANGE = 10.0
 
 
 MARGIN = 0.01
-"""Share of the speed and torque limits that the problem keeps free, because it holds them at the nodes only: between
+"""Share of the speed, torque and friction limits that the problem keeps free: it holds them at the nodes only. Between
 the nodes of ASTRo's amble (15 intervals a domain) a joint speed was 0.3 % above its value at the nodes."""
 
 
