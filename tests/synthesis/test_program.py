@@ -50,7 +50,7 @@ def test_every_row_has_its_own_name(small_program: GaitProgram) -> None:
         "D1 node 0 dynamics x (10 N)",
         "D1 node 10 contact rl z",
         "D2 node 3 output fl_knee",
-        "D1 node 7 law pinv 0",
+        "D1 node 7 law pinv 0 (10 N m)",
         "D2 node 4 friction fr +x (10 N)",
         "D1 interval 4 defect rate of yaw stage 2",
         "D1 node 0 output rate of fr_knee",
