@@ -197,6 +197,7 @@ class WholeBodyProgram:
         if self._proxqp is None:
             self._proxqp = proxsuite.proxqp.dense.QP(len(program.P), len(program.d), len(program.f))
             self._proxqp.settings.eps_abs = 1e-6
+            self._proxqp.settings.compute_timings = True
             self._proxqp.init(program.P, nothing, program.C, program.d, program.E, free, program.f)
         else:
             self._proxqp.update(program.P, nothing, program.C, program.d, program.E, free, program.f)
