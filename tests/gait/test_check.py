@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from amble.control import DropActuator
-from amble.errors import InputError
+from amble.errors import InputError, WorkError
 from amble.gait import DomainTrajectory, Gait
 from amble.gait.check import check
+from amble.gait.checks import domain_rows
 from amble.gait.checks.closed_loop import OutputDynamics, integrate
 from amble.gait.checks.findings import CheckReport, Finding, limit, residuals
 from amble.gait.checks.interpolation import fine_grid, interpolated
@@ -146,6 +147,16 @@ def test_a_feedback_that_does_not_return_is_named(stabilised_gait: Gait, report:
     moved = replace(stabilised_gait, feedback=replace(stabilised_gait.feedback, start=frozen(start)))
     families = {finding.family for finding in check(moved, grid=1).failed}
     assert families - {"motion", "speed"} == {"feedback"}
+
+
+def test_a_motion_that_cannot_be_integrated_fails_by_name(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
+    def impossible(*_: object) -> None:
+        raise WorkError("step size")
+
+    monkeypatch.setattr(domain_rows, "integrate", impossible)
+    report = check(walking_gait, grid=1)
+    assert {finding.family for finding in report.failed} - {"speed"} == {"motion"}
+    assert "D1 motion x" in failed(report)
 
 
 @pytest.mark.parametrize(("arguments", "says"), [({"grid": 0}, "at least 1"), ({"tolerance": 0.0}, "positive")])

@@ -49,7 +49,7 @@ def check(gait: Gait, grid: int = 4, tolerance: float = TOLERANCE, slack: float 
 
     Raises:
         InputError: the grid is not positive.
-        WorkError: the outputs lose their rank along the motion, or it cannot be integrated.
+        WorkError: the outputs lose their rank along the motion, or the stabilised loop cannot be integrated.
     """
     if not (tolerance > 0.0 and slack >= 0.0):
         raise InputError(f"the tolerance {tolerance:g} must be positive and the slack {slack:g} not negative")

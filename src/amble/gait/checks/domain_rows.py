@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amble.control.outputs import selection_matrix
+from amble.errors import WorkError
 from amble.gait.checks.closed_loop import OutputDynamics, integrate
 from amble.gait.checks.findings import Finding, residuals
 from amble.gait.checks.interpolation import fine_grid, interpolated
@@ -91,9 +92,12 @@ def _clock(domain: SampledDomain, tolerance: float) -> list[Finding]:
 
 
 def _motion(domain: SampledDomain, tolerance: float) -> list[Finding]:
-    """Interpolated states against the closed loop integrated from the recorded entry."""
+    """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible."""
     robot, times = domain.gait.robot, domain.times
-    q, v = integrate(robot, domain.stance.feet, domain.loop, domain.positions[0], domain.velocities[0], times)
+    try:
+        q, v = integrate(robot, domain.stance.feet, domain.loop, domain.positions[0], domain.velocities[0], times)
+    except WorkError:
+        q = v = np.full_like(domain.positions, np.nan)
     names = [f"{domain.name} motion {name}" for name in robot.coordinate_names]
     rates = [f"{domain.name} motion rate of {name}" for name in robot.coordinate_names]
     scale = size_of(domain.trajectory.velocities)
