@@ -31,7 +31,7 @@ def simulate(
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to walk.")] = 20,
     tolerance: Annotated[float, typer.Option(help="Relative and absolute tolerance of the integrator.")] = 1e-8,
     law: Annotated[str | None, typer.Option(help=laws.HELP, show_default="the gait's own")] = None,
-    perturb: Annotated[float, typer.Option(min=0.0, help="Largest random change of every start state.")] = 0.0,
+    perturb: Annotated[float, typer.Option(min=0.0, help="Change of every start state, up or down at random.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the change.")] = 0,
     controller: Annotated[
         Controller, typer.Option(help="What computes the torques: the model, or the exported C code.")

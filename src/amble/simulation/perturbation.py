@@ -9,11 +9,11 @@ from amble.types import Vector, frozen
 
 
 def perturbed(state: Vector, size: float, seed: int) -> Vector:
-    """Change every state by a uniformly random amount between -size and size, in the state's own unit.
+    """Change every state by exactly size, up or down at random, in the state's own unit.
 
     Args:
         state: (n_x,).
-        size: largest change, at least 0; with 0 the state itself is returned.
+        size: of every change, at least 0; with 0 the state itself is returned.
         seed: of the random numbers; the same seed gives the same start.
 
     Raises:
@@ -21,5 +21,5 @@ def perturbed(state: Vector, size: float, seed: int) -> Vector:
     """
     if not 0.0 <= size < np.inf:
         raise InputError(f"the size of a perturbation is a number from 0 on, not {size}")
-    change = np.random.default_rng(seed).uniform(-1.0, 1.0, len(state))
-    return frozen(np.asarray(state) + size * change)
+    sign = np.random.default_rng(seed).choice([-1.0, 1.0], len(state))
+    return frozen(np.asarray(state) + size * sign)

@@ -37,7 +37,7 @@ def simulate_gait(
         cycles: gait cycles to walk, at least 1.
         law: another allocation law than the gait's.
         tolerance: relative and absolute tolerance of the integrator.
-        perturbation: largest random change of every start state, in its own unit.
+        perturbation: change of every start state, up or down at random, in its own unit.
         seed: seed of the change.
         progress: called after every cycle with the cycles completed and the cycles wanted.
         loop: what closes the loop; by default ``gait.closed_loop.closed_loop``, else for example the exported C code.

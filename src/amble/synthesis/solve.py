@@ -180,10 +180,13 @@ def _warm_options(warm: Solution | None) -> dict[str, Any]:
         return {}
     return {
         "warm_start_init_point": "yes",
-        "mu_init": 1e-4,
-        "warm_start_bound_push": 1e-6,
-        "warm_start_mult_bound_push": 1e-6,
-        "warm_start_slack_bound_push": 1e-6,
+        "mu_strategy": "monotone",  # the adaptive one raises the barrier again and forgets the start
+        "mu_init": 1e-3,
+        "warm_start_bound_push": 1e-3,
+        "warm_start_bound_frac": 1e-3,
+        "warm_start_slack_bound_push": 1e-3,
+        "warm_start_slack_bound_frac": 1e-3,
+        "warm_start_mult_bound_push": 1e-3,
     }
 
 
