@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 SPECIFICATION = "astro-amble.toml"
 PERTURBATION, SEED = 1e-3, 0
-"""The second simulation starts beside the orbit: every state changed by this much, up or down at random, in its own unit."""
+"""The second simulation starts beside the orbit: every state changed by this much, up or down."""
 
 
 def reproduce(

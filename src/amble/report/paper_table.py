@@ -27,8 +27,8 @@ PAPER_REDUCTION = Published(29.1, 20.7, 17.9)
 METHODS = {"drop": "Ma et al. 2019 (one actuator off)", "pinv": "proposed (pseudo-inverse)"}
 
 WHY_DIFFERENT = (
-    "Our numbers need not equal the paper's, because they belong to another orbit: the paper publishes neither its gait "
-    "nor all of the bounds behind it, and our domains may last longer."
+    "Our numbers need not equal the paper's, because they belong to another orbit: the paper publishes neither its "
+    "gait nor all of the bounds behind it, and our domains may last longer."
 )
 
 HEADER = ("method", "from", "actuator", "CoT", "peak torque (N m)", "RMS torque (N m)")
