@@ -40,7 +40,7 @@ def report(stabilised_gait: Gait) -> CheckReport:
 def test_fifteen_intervals_hold_but_for_the_rates_between_nodes(report: CheckReport) -> None:
     """Speeds above their limit by what the mesh did not see are older than the margin that the problem keeps now."""
     residuals = [finding for finding in report.failed if finding.family != "speed"]
-    assert {finding.family for finding in residuals} == {"motion"}, str(report)
+    assert {finding.family for finding in residuals} <= {"motion"}, str(report)
     # Rates of the coordinate that no output controls are the least accurate: 4e-5 in the middle of the first interval.
     assert all(abs(finding.row.value) < 5e-5 for finding in residuals), str(report)
 

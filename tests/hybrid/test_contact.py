@@ -32,7 +32,7 @@ def stance(of: Robot, count: int) -> tuple[str, ...]:
     return tuple(foot for foot in of.foot_names if foot in STANCES[count])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Case:
     """A robot on some of its feet at many states with torques, and the oracle's dense equations there."""
 
@@ -72,7 +72,7 @@ def case(name: str, request: pytest.FixtureRequest) -> Case:
     return build_case(name, request.param)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=8)
 def _oracle_terms(name: str) -> tuple[Matrix, ...]:
     """Pinocchio's terms for all feet, shared by the stances of a robot."""
     model, theirs = robot(name), oracle(name)
@@ -89,6 +89,7 @@ def _oracle_terms(name: str) -> tuple[Matrix, ...]:
     )
 
 
+@lru_cache(maxsize=32)
 def build_case(name: str, count: int) -> Case:
     model = robot(name)
     feet = stance(model, count)
@@ -97,6 +98,7 @@ def build_case(name: str, count: int) -> Case:
     return Case(model, feet, q, v, u, mass, bias, jacobian[:, rows], contact_bias[:, rows])
 
 
+@lru_cache(maxsize=32)
 def evaluated(case: Case) -> tuple[Matrix, Matrix, Matrix, Matrix]:
     """Amble's acceleration, forces, velocity after an impact, and impulse, at every state of a case."""
     model = case.model
