@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import pkgutil
 import sys
+from collections.abc import Callable
 
 import benchmarks
+from benchmarks.figures import show
 from benchmarks.machine import describe
+from benchmarks.report import write_report
 
 
 def names() -> list[str]:
@@ -23,12 +28,28 @@ def run(wanted: list[str]) -> int:
         if name not in known:
             print(f"unknown benchmark '{name}'; known: {', '.join(known)}", file=sys.stderr)
             return 2
-    print(describe())
+    machine = describe()
+    print(machine)
+    figures, texts = {}, {}
     for name in wanted or known:
         module = importlib.import_module(f"benchmarks.{name}")
-        print(f"\n== {name}: {(module.__doc__ or '').splitlines()[0]}")
-        module.main()
+        print(f"\n== {name}: {(module.__doc__ or '').splitlines()[0]}", flush=True)
+        if hasattr(module, "measure"):
+            figures[name] = module.measure()
+            show(figures[name])
+        else:
+            texts[name] = _printed(module.main)
+    for path in write_report(machine, figures, texts):
+        print(f"wrote {path}")
     return 0
+
+
+def _printed(main: Callable[[], None]) -> str:
+    """Run a benchmark that prints its own table; print it and return it."""
+    with contextlib.redirect_stdout(io.StringIO()) as text:
+        main()
+    print(text.getvalue(), end="")
+    return text.getvalue()
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +14,9 @@ from amble.errors import Row
 from amble.gait import SolverReport
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.threads import single_threaded
+from amble.synthesis.watch import Iteration, Progress, Watch
+
+__all__ = ["Iteration", "Progress", "Solution", "solve", "variable_names", "violated_rows"]
 
 IPOPT_OPTIONS: dict[str, Any] = {
     "mumps_scaling": 0,  # the program is scaled; MUMPS's own scalings cost more than they bring (theory.md, section 4)
@@ -26,19 +28,6 @@ IPOPT_OPTIONS: dict[str, Any] = {
 
 SOLVED = ("Solve_Succeeded",)
 ROW_TOLERANCE = 1e-6
-
-
-@dataclass(frozen=True)
-class Iteration:
-    """What a solver is at: iteration, objective, and the worst violated row by name."""
-
-    number: int
-    objective: float
-    violation: float
-    worst_row: str
-
-
-Progress = Callable[[Iteration], None]
 
 
 @dataclass(frozen=True)
@@ -82,9 +71,12 @@ def solve(
         most_iterations: give up after so many.
         warm: a solution of a neighbouring problem whose multipliers are good.
         progress: called after every iteration.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C arrived; the solver has stopped at the end of its iteration.
     """
     nlp = program.program
-    watch = _Watch(program, progress)
+    watch = Watch(program, progress)
     options = {
         "grad_f": nlp.gradient,
         "jac_g": nlp.jacobian,
@@ -93,10 +85,9 @@ def solve(
         "calc_lam_p": False,
         "print_time": False,
         "error_on_fail": False,
+        "iteration_callback": watch,
         "ipopt": {**IPOPT_OPTIONS, "tol": tolerance, "max_iter": most_iterations, **_warm_options(warm)},
     }
-    if progress is not None:
-        options["iteration_callback"] = watch
     solver = ca.nlpsol("gait", "ipopt", nlp.nlp, options)
     began = time.perf_counter()
     arguments = {
@@ -109,10 +100,9 @@ def solve(
     }
     if warm is not None:
         arguments |= {"lam_x0": warm.bound_multipliers, "lam_g0": warm.row_multipliers}
-    with single_threaded():
+    with single_threaded(), watch.keeping_interrupts():
         result = solver(**arguments)
     seconds = time.perf_counter() - began
-    watch.raise_interrupt()
     return _solution(program, result, solver.stats(), seconds)
 
 
@@ -188,55 +178,3 @@ def _warm_options(warm: Solution | None) -> dict[str, Any]:
         "warm_start_slack_bound_frac": 1e-3,
         "warm_start_mult_bound_push": 1e-3,
     }
-
-
-class _Watch(ca.Callback):
-    """Casadi's hook into every iteration; it keeps an interrupt until the solver has stopped."""
-
-    def __init__(self, program: GaitProgram, progress: Progress | None) -> None:
-        ca.Callback.__init__(self)
-        self._program, self._progress = program, progress
-        self._count, self._interrupt = 0, False
-        self.construct("watch", {})
-
-    def get_n_in(self) -> int:
-        return int(ca.nlpsol_n_out())
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_name_in(self, i: int) -> str:
-        return str(ca.nlpsol_out(i))
-
-    def get_name_out(self, _: int) -> str:
-        return "stop"
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        sizes = {"f": 1, "x": self._program.layout.size, "lam_x": self._program.layout.size}
-        rows = len(self._program.program.row_names)
-        sizes |= {"g": rows, "lam_g": rows, "lam_p": self._program.parameters.size}
-        name = ca.nlpsol_out(i)
-        return ca.Sparsity.dense(sizes[name], 1)
-
-    def eval(self, arguments: list[ca.DM]) -> list[int]:
-        try:
-            self._report({ca.nlpsol_out(i): value for i, value in enumerate(arguments)})
-        except KeyboardInterrupt:
-            self._interrupt = True
-            return [1]
-        return [0]
-
-    def raise_interrupt(self) -> None:
-        """Pass on a Ctrl-C that arrived during the solve."""
-        if self._interrupt:
-            raise KeyboardInterrupt
-
-    def _report(self, values: dict[str, ca.DM]) -> None:
-        nlp = self._program.program
-        g = np.array(values["g"]).ravel()
-        excess = np.maximum(np.maximum(nlp.lower - g, g - nlp.upper), 0.0)
-        worst = int(np.argmax(excess))
-        if self._progress is not None:
-            objective = float(values["f"])
-            self._progress(Iteration(self._count, objective, float(excess[worst]), nlp.row_names[worst]))
-        self._count += 1

@@ -1,0 +1,42 @@
+"""The return map's derivative, and stabilisation from the optimised gait to a spectral radius below one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from amble.gait.closed_loop import closed_loop, start_state
+from amble.stability.monodromy import monodromy, prepare_variational
+from amble.stability.stabilize import stabilization
+from benchmarks.baselines import walking_gait
+from benchmarks.figures import Figure, show, timed
+
+TOLERANCE = 1e-10
+
+
+def measure() -> list[Figure]:
+    """Measure both."""
+    gait = walking_gait()
+    system, start = closed_loop(gait, half=True), start_state(gait)
+    monodromy(system, start, TOLERANCE)  # fills the compile cache
+    prepared = prepare_variational(system)
+    whole, _ = timed(lambda: monodromy(system, start, TOLERANCE))
+    once, _ = timed(lambda: prepared(start, TOLERANCE), 7)
+    bare = replace(gait, feedback=None)
+    seconds, found = timed(lambda: stabilization(bare), 1)
+    steps = len(found.steps) - 1
+    note = f"radius of a cycle {found.initial:.3g} -> {found.radius:.3g} in {steps} steps"
+    return [
+        Figure("monodromy of half a cycle, with preparing", whole, "s", runs=3, note="variational equations at 1e-10"),
+        Figure("monodromy of half a cycle, prepared", once, "s", runs=7),
+        Figure("stabilisation", seconds, "s", note=note),
+        Figure("spectral radius after stabilisation", found.radius, "", most=1.0),
+    ]
+
+
+def main() -> None:
+    """Print what is measured."""
+    show(measure())
+
+
+if __name__ == "__main__":
+    main()

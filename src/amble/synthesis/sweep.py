@@ -1,0 +1,93 @@
+"""Many gaits of one structure: each problem starts from the solution before it, multipliers included."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.errors import InputError
+from amble.gait import Gait
+from amble.synthesis.guess import walking
+from amble.synthesis.problem import GaitProblem
+from amble.synthesis.program import GaitProgram, build_program
+from amble.synthesis.rank import require_full_rank
+from amble.synthesis.result import to_gait
+from amble.synthesis.solve import Solution, solve
+from amble.types import Vector
+
+WARM_ITERATIONS = 40
+"""A warm start that needs more was not near: ASTRo's amble from 0.2 to 0.25 m/s takes 18, a cold start 36."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one problem.
+
+    Attributes:
+        problem: the problem.
+        gait: its gait; None where it was not solved.
+        status: the solver's last word, and the worst violated row where there is one.
+        iterations: of all tries together.
+        seconds: wall time of all tries, with building, s.
+        warm: whether the solution before it was the start that led to the gait.
+    """
+
+    problem: GaitProblem
+    gait: Gait | None
+    status: str
+    iterations: int
+    seconds: float
+    warm: bool
+
+
+def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterations: int = 200) -> Iterator[Outcome]:
+    """Solve problems that differ in speed, friction and limits only, one after the other.
+
+    Order them so that neighbours are alike. What does not converge from the last solution is tried once more from a
+    walk of its own; what fails then is reported, and the next problem starts from the last solution that there is.
+
+    Args:
+        problems: the problems.
+        tolerance: the solver's tolerance on the scaled problem.
+        most_iterations: give up a try after so many.
+
+    Raises:
+        InputError: the problems have different structures.
+        NotSolvedError: equality rows depend on each other.
+    """
+    known: Solution | None = None
+    rows: tuple[str, ...] | None = None
+    for problem in problems:
+        began = time.perf_counter()
+        program = build_program(problem)
+        start = walking(problem, program.layout) / program.layout.scale
+        if rows is None:
+            require_full_rank(program, start)
+            rows = program.program.row_names
+        if program.program.row_names != rows or (known is not None and known.variables.size != start.size):
+            raise InputError("a sweep goes through problems of one structure: the same stances, outputs, law and mesh")
+        few = min(most_iterations, WARM_ITERATIONS)
+        tries = [] if known is None else [_try(program, known.variables, known, tolerance, few)]
+        if not tries or not tries[-1].solved:
+            tries.append(_try(program, start, None, tolerance, most_iterations))
+        last = tries[-1]
+        warm = known is not None and len(tries) == 1
+        known = last if last.solved else known
+        yield Outcome(
+            problem,
+            to_gait(problem, program.layout, last) if last.solved else None,
+            last.report.status + (f", worst {last.rows[0].name}" if last.rows else ""),
+            sum(each.report.iterations for each in tries),
+            time.perf_counter() - began,
+            warm,
+        )
+
+
+def _try(
+    program: GaitProgram, start: Vector, warm: Solution | None, tolerance: float, most_iterations: int
+) -> Solution:
+    inside = np.clip(start, program.lower, program.upper)
+    return solve(program, inside, tolerance, most_iterations, warm)

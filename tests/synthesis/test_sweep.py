@@ -1,0 +1,38 @@
+"""Many gaits of one structure, one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from amble.errors import InputError
+from amble.synthesis import GaitProblem
+from amble.synthesis.sweep import sweep
+
+
+def test_neighbours_start_from_each_other(small_problem: GaitProblem) -> None:
+    """The nearest neighbour is the problem itself."""
+    first, second = sweep([small_problem, small_problem])
+    assert not first.warm
+    assert second.warm
+    assert second.iterations < first.iterations
+    assert first.gait is not None
+    assert second.gait is not None
+    assert second.gait.solver.violation < 1e-6
+    assert second.gait.solver.objective == pytest.approx(first.gait.solver.objective, rel=1e-4)
+    assert second.seconds > 0.0
+
+
+def test_a_failure_is_reported_and_the_sweep_goes_on(small_problem: GaitProblem) -> None:
+    impossible = replace(small_problem, speed=20.0)
+    first, second = sweep([impossible, small_problem], most_iterations=100)
+    assert first.gait is None
+    assert "worst" in first.status
+    assert second.gait is not None
+    assert not second.warm
+
+
+def test_one_structure(small_problem: GaitProblem) -> None:
+    with pytest.raises(InputError, match="one structure"):
+        list(sweep([small_problem, replace(small_problem, intervals=6)]))
