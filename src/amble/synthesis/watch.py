@@ -1,0 +1,100 @@
+"""Watching a solver at work: progress after every iteration, and Ctrl-C that stops it between two of them."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from amble.synthesis.program import GaitProgram
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """What a solver is at: iteration, objective, and the worst violated row by name."""
+
+    number: int
+    objective: float
+    violation: float
+    worst_row: str
+
+
+Progress = Callable[[Iteration], None]
+
+
+class Watch(ca.Callback):
+    """Casadi's hook into every iteration."""
+
+    def __init__(self, program: GaitProgram, progress: Progress | None) -> None:
+        ca.Callback.__init__(self)
+        self._program, self._progress = program, progress
+        self._count, self._interrupted = 0, False
+        self.construct("watch", {})
+
+    def get_n_in(self) -> int:
+        """As many inputs as a solver has outputs."""
+        return int(ca.nlpsol_n_out())
+
+    def get_n_out(self) -> int:
+        """One output: whether to stop."""
+        return 1
+
+    def get_name_in(self, i: int) -> str:
+        """Return the name of an output of the solver."""
+        return str(ca.nlpsol_out(i))
+
+    def get_name_out(self, _: int) -> str:
+        """Return the name of the only output."""
+        return "stop"
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        """Return the size of an output of the solver."""
+        sizes = {"f": 1, "x": self._program.layout.size, "lam_x": self._program.layout.size}
+        rows = len(self._program.program.row_names)
+        sizes |= {"g": rows, "lam_g": rows, "lam_p": self._program.parameters.size}
+        return ca.Sparsity.dense(sizes[ca.nlpsol_out(i)], 1)
+
+    def eval(self, arguments: list[ca.DM]) -> list[int]:
+        """Report an iteration; stop the solver where Ctrl-C has arrived."""
+        if self._progress is not None:
+            try:
+                self._report(self._progress, {ca.nlpsol_out(i): value for i, value in enumerate(arguments)})
+            except KeyboardInterrupt:
+                self._interrupted = True
+        self._count += 1
+        return [int(self._interrupted)]
+
+    @contextlib.contextmanager
+    def keeping_interrupts(self) -> Iterator[None]:
+        """Keep Ctrl-C until the block has ended: inside the solver it would end as one more solver failure.
+
+        Raises:
+            KeyboardInterrupt: at the end, where Ctrl-C arrived.
+        """
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+
+        def keep(*_: Any) -> None:
+            self._interrupted = True
+
+        before = signal.signal(signal.SIGINT, keep)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+        if self._interrupted:
+            raise KeyboardInterrupt
+
+    def _report(self, progress: Progress, values: dict[str, ca.DM]) -> None:
+        nlp = self._program.program
+        g = np.array(values["g"]).ravel()
+        excess = np.maximum(np.maximum(nlp.lower - g, g - nlp.upper), 0.0)
+        worst = int(np.argmax(excess))
+        progress(Iteration(self._count, float(values["f"]), float(excess[worst]), nlp.row_names[worst]))
