@@ -36,6 +36,10 @@ def swing(name: str = "swing", shift: float = 0.0) -> ca.Function:
     return ca.Function(name, [state, force], [rate, sparse], ["state", "force"], ["rate", "sparse"])
 
 
+def warnings_of(caplog: pytest.LogCaptureFixture) -> int:
+    return sum(record.levelno >= logging.WARNING for record in caplog.records)
+
+
 def libraries(folder: Path) -> list[Path]:
     return sorted(folder.glob("*.so"))
 
@@ -158,7 +162,7 @@ def test_without_compiler_the_function_is_interpreted_and_said_once(
     function = swing()
     assert compiled(function, ["jac"]) is function
     compiled(function)
-    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    assert warnings_of(caplog) == 1
     assert "interpreted" in caplog.text
 
 
@@ -171,7 +175,7 @@ def test_cache_that_cannot_be_written_falls_back(
     monkeypatch.setenv("AMBLE_CACHE", str(obstacle / "cache"))
     assert_equal_functions(swing(), compiled(swing()))
     compiled(swing())
-    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    assert warnings_of(caplog) == 1
     assert "temporary folder" in caplog.text
 
 
