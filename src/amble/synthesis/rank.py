@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from amble.errors import NotSolvedError, Row
-from amble.synthesis.program import GaitProgram
+from amble.synthesis.program import GaitProgram, build_program
 
 SMALLEST = 1e-7
 """Smallest singular value of the scaled equality Jacobian, its rows normalised, below which rows count as dependent."""
+
+COARSE = 4
+"""Intervals of the mesh that is coarse enough."""
 
 SHIFT = 1e-12
 """Regularisation of the normal equations, far below SMALLEST squared."""
@@ -43,6 +48,29 @@ def smallest_singular_value(program: GaitProgram, variables: NDArray[np.float64]
         vector = factor.solve(vector)
         vector /= np.linalg.norm(vector)
     return float(np.linalg.norm(normal.T @ vector)), vector
+
+
+def on_coarse_mesh(program: GaitProgram, natural: NDArray[np.float64]) -> tuple[GaitProgram, NDArray[np.float64]]:
+    """Return the same problem on few intervals and the scaled variables there; whether rows repeat shows there too.
+
+    Args:
+        program: the transcribed problem.
+        natural: unscaled variables, (n_x,).
+    """
+    if program.problem.intervals <= COARSE:
+        return program, natural / program.layout.scale
+    coarse = build_program(replace(program.problem, intervals=COARSE))
+    thin = np.zeros(coarse.layout.size)
+    for here, there in zip(program.layout.domains, coarse.layout.domains, strict=True):
+        for kind in ("q", "v", "a", "u", "force"):
+            columns = natural[getattr(here, kind)].T
+            thin[getattr(there, kind)] = np.array(
+                [np.interp(there.phases, here.phases, column) for column in columns]
+            ).T.reshape(there.nodes, -1)
+        for kind in ("duration", "coefficients", "impulse"):
+            thin[getattr(there, kind)] = natural[getattr(here, kind)]
+    thin[coarse.layout.period] = natural[program.layout.period]
+    return coarse, thin / coarse.layout.scale
 
 
 def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> float:

@@ -13,7 +13,7 @@ from amble.gait import Gait
 from amble.synthesis.guess import walking
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
-from amble.synthesis.rank import require_full_rank
+from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import to_gait
 from amble.synthesis.solve import Solution, solve
 from amble.types import Vector
@@ -65,7 +65,7 @@ def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterati
         program = build_program(problem)
         start = walking(problem, program.layout) / program.layout.scale
         if rows is None:
-            require_full_rank(program, start)
+            require_full_rank(*on_coarse_mesh(program, start * program.layout.scale))
             rows = program.program.row_names
         if program.program.row_names != rows or (known is not None and known.variables.size != start.size):
             raise InputError("a sweep goes through problems of one structure: the same stances, outputs, law and mesh")

@@ -11,7 +11,7 @@ from amble.gait import Gait
 from amble.synthesis.guess import walking
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import build_program
-from amble.synthesis.rank import require_full_rank
+from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import Progress, solve
 
@@ -52,7 +52,7 @@ def synthesize(
     program = build_program(problem)
     layout = program.layout
     natural = walking(problem, layout) if start is None else from_gait(start, layout)
-    require_full_rank(program, natural / layout.scale)
+    require_full_rank(*on_coarse_mesh(program, natural))
     solution = solve(
         program,
         np.clip(natural / layout.scale, program.lower, program.upper),

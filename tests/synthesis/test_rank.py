@@ -1,0 +1,34 @@
+"""The rank check on a thinned mesh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from amble.synthesis import GaitProblem
+from amble.synthesis.guess import walking
+from amble.synthesis.program import build_program
+from amble.synthesis.rank import COARSE, on_coarse_mesh, require_full_rank
+
+
+def test_a_fine_mesh_is_thinned_to_the_same_walk(small_problem: GaitProblem) -> None:
+    fine = build_program(replace(small_problem, intervals=2 * COARSE))
+    natural = walking(fine.problem, fine.layout)
+    coarse, variables = on_coarse_mesh(fine, natural)
+    assert coarse.problem == replace(fine.problem, intervals=COARSE)
+    thin = variables * coarse.layout.scale
+    for here, there in zip(fine.layout.domains, coarse.layout.domains, strict=True):
+        # every second node of the fine mesh is a node of the coarse one
+        for kind in ("q", "v", "a", "u", "force"):
+            np.testing.assert_allclose(thin[getattr(there, kind)], natural[getattr(here, kind)][::2], atol=1e-12)
+        np.testing.assert_array_equal(thin[there.coefficients], natural[here.coefficients])
+    assert require_full_rank(coarse, variables) > 1e-6
+
+
+def test_a_coarse_mesh_stays(small_problem: GaitProblem) -> None:
+    program = build_program(replace(small_problem, intervals=COARSE))
+    natural = walking(program.problem, program.layout)
+    same, variables = on_coarse_mesh(program, natural)
+    assert same is program
+    np.testing.assert_allclose(variables * program.layout.scale, natural, rtol=1e-15)
