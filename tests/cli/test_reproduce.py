@@ -83,4 +83,4 @@ def test_the_files_read_back(folder: Path) -> None:
     assert load_trace(folder / "trace.nc").cycles == 3
     page = (folder / "report.md").read_text()
     assert "the paper's Table 1 beside ours" in page
-    assert "another orbit of the same problem" in page
+    assert "because they belong to another orbit" in page
