@@ -28,7 +28,7 @@ LONGEST_STEP, LARGEST_STEP = 1.0, 4.0
 """Length of the first step and what it may grow to: |d| for "bilinear", the share of the way for "descent"."""
 
 SHORTEST_STEP = 1e-3
-SMALLEST_GAIN = 1e-3
+SMALLEST_GAIN = 2e-3
 DESCENT_EVALUATIONS = 60
 LARGEST_DRIFT = 1e-6
 """The fixed point may move this much under new weights; more means that the references do not reproduce the orbit."""
@@ -144,6 +144,9 @@ def stabilization(
             break
         try:
             proposed = search.propose(method, theta, length)
+            if method == "descent" and not search.gains(theta, proposed):
+                reason = "no step reduces the radius any more"
+                break
             step = search.accepted(len(steps), proposed, float(np.linalg.norm(proposed - theta)), began)
         except WorkError as error:  # the closed loop fell, did not close, or the step's own problem failed: step back
             reason, length = str(error), 0.25 * length
@@ -186,6 +189,10 @@ class _Search:
             return theta + bilinear_step(self.evaluate(theta), length)[0]
         best = descent_step(self.orbit, self.weighting, theta, DESCENT_EVALUATIONS)
         return theta + min(length, 1.0) * (best - theta)
+
+    def gains(self, theta: Vector, proposed: Vector) -> bool:
+        """Whether the stored orbit promises a smaller radius; where it does not, a shorter step will not either."""
+        return self.evaluate(proposed).radius < (1.0 - SMALLEST_GAIN) * self.evaluate(theta).radius
 
     def gait_with(self, theta: Vector) -> Gait:
         assert self.gait.feedback is not None
