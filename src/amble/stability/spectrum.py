@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from amble.hybrid import HybridSystem
 from amble.stability.group import closest_shift, generators
-from amble.stability.monodromy import Monodromy, monodromy
+from amble.stability.monodromy import monodromy
 from amble.stability.poincare import LONGEST, TOLERANCE
 from amble.types import Matrix, Vector, frozen
 
@@ -72,11 +72,6 @@ def multipliers(
         InputError: where the symmetries are dependent or a function cannot be differentiated.
     """
     there = monodromy(system, state, tolerance, longest)
-    return spectrum(system, state, there.image, there.matrix)
-
-
-def spectrum_of(system: HybridSystem, state: Vector, there: Monodromy) -> Spectrum:
-    """Return the multipliers from a monodromy that is already known."""
     return spectrum(system, state, there.image, there.matrix)
 
 
