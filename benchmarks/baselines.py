@@ -15,7 +15,8 @@ import proxsuite
 import quadprog
 from scipy import linalg
 
-from amble.control.linearisation import Feedforward, required_output_acceleration
+from amble.control.feedforward import Feedforward, required_output_acceleration
+from amble.control.outputs import selection_matrix
 from amble.gait import Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.gait.files import load_gait
@@ -52,14 +53,15 @@ class Task:
 
     @cached_property
     def parameters(self) -> Vector:
-        """Packed references, gains and weights."""
+        """Packed references, gains and kernel of the weights."""
         return loop_parameters(self.gait, self.stance.name)
 
     @cached_property
     def weights(self) -> Matrix:
         """H, (n_y, n_a)."""
-        outputs = len(self.gait.outputs.of(self.stance.name).coordinates)
-        return self.parameters[-outputs * (self.robot.size - 3) :].reshape((outputs, -1), order="F")
+        if self.gait.feedback is not None:
+            return self.gait.feedback.weights[self.stance.name]
+        return selection_matrix(self.robot, self.gait.outputs.of(self.stance.name))
 
     @cached_property
     def wide_system(self) -> ca.Function:

@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw, DropActuator, PseudoInverse
-from amble.control.linearisation import Feedforward, Linearised, linearise
+from amble.control.feedforward import Feedforward, pack
+from amble.control.linearisation import Linearised, linearise
 from amble.control.outputs import joint_outputs, selection_matrix
 from amble.hybrid import Stance
 from amble.hybrid.gaits import amble
@@ -59,7 +60,7 @@ def loop(feet: tuple[str, ...], law: str, outputs: int = 11) -> ca.Function:
         linearised.acceleration,
         linearised.torques,
         linearised.forces,
-        linearised.pivots,
+        linearised.equations.pivots,
         linearised.redundancy.null,
     ]
     return ca.Function("loop", at.arguments, [ca.densify(part) for part in parts])
@@ -74,10 +75,6 @@ def weights(stance: Stance) -> Matrix:
     return selection_matrix(robot("astro"), joint_outputs(amble(robot("astro"))).of(stance.name))
 
 
-def packed(duration: float, gains: tuple[float, float], references: Matrix, chosen: Matrix) -> Vector:
-    return np.concatenate([[duration], gains, references.ravel(order="F"), chosen.ravel(order="F")])
-
-
 @dataclass(frozen=True)
 class Sample:
     """A state with a clock and the numbers of a feedforward."""
@@ -90,7 +87,7 @@ class Sample:
     references: Matrix
 
     def arguments(self, chosen: Matrix) -> tuple[Vector, Vector, float, Vector]:
-        return self.q, self.v, self.t, packed(self.duration, self.gains, self.references, chosen)
+        return self.q, self.v, self.t, pack(self.duration, self.gains, self.references, chosen)
 
 
 def samples(count: int, seed: int = 0, mixed: bool = False) -> list[tuple[Sample, Matrix | None]]:

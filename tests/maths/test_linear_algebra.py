@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.maths.linear_algebra import SymmetricFactor, solve_square
+from amble.maths.linear_algebra import OrthogonalFactor, SymmetricFactor
 from amble.types import Matrix
 
 SIZES = [1, 2, 5, 12]
@@ -62,8 +62,8 @@ def test_square_solve_equals_numpy(size: int, seed: int) -> None:
     matrix, right = matrices(size, seed)
 
     def build(a: ca.SX, b: ca.SX) -> list[ca.SX]:
-        solution = solve_square(a, b)
-        return [solution.value, solution.pivots]
+        factor = OrthogonalFactor.of(a)
+        return [factor.solve(b), factor.pivots]
 
     ours, pivots = evaluated(build, matrix, right)
     expected = np.linalg.solve(matrix, right)
@@ -76,12 +76,45 @@ def test_square_solve_equals_numpy(size: int, seed: int) -> None:
 def test_square_solve_needs_no_pivoting() -> None:
     """A zero on the diagonal stops elimination without row exchanges, not reflections."""
     matrix = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 2.0]])
-    (ours,) = evaluated(lambda a, b: [solve_square(a, b).value], matrix, np.eye(3))
+    (ours,) = evaluated(lambda a, b: [OrthogonalFactor.of(a).solve(b)], matrix, np.eye(3))
     np.testing.assert_allclose(ours, np.linalg.inv(matrix), atol=1e-15)
 
 
 def test_smallest_pivot_tells_a_lost_rank() -> None:
-    matrix, right = matrices(6)
+    matrix, _ = matrices(6)
     matrix[3] = matrix[0] - 2.0 * matrix[5]
-    pivots = evaluated(lambda a, b: [solve_square(a, b).pivots], matrix, right)[0]
+    pivots = evaluated(lambda a: [OrthogonalFactor.of(a).pivots], matrix)[0]
     assert pivots.min() < 1e-14 * np.abs(matrix).max() * 10.0  # rounding of six terms
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 4), (3, 4), (5, 12), (11, 15)])
+@pytest.mark.parametrize("seed", range(5))
+def test_wide_solve_is_the_shortest_and_the_kernel_is_complete(rows: int, columns: int, seed: int) -> None:
+    generator = np.random.default_rng([seed, rows])
+    matrix, right = generator.normal(size=(rows, columns)), generator.normal(size=(rows, 2))
+
+    def build(a: ca.SX, b: ca.SX) -> list[ca.SX]:
+        factor = OrthogonalFactor.of(a)
+        return [factor.solve(b), ca.densify(factor.kernel), factor.pivots]
+
+    ours, kernel, pivots = evaluated(build, matrix, right)
+    expected = np.linalg.pinv(matrix) @ right
+    np.testing.assert_allclose(ours, expected, atol=1e-14 * np.linalg.cond(matrix) * np.abs(expected).max())
+    assert kernel.shape == (columns, columns - rows)
+    # a few roundings of unit vectors
+    np.testing.assert_allclose(matrix @ kernel, 0.0, atol=1e-13 * np.abs(matrix).max())
+    np.testing.assert_allclose(kernel.T @ kernel, np.eye(columns - rows), atol=1e-14)
+    assert pivots.min() >= np.linalg.svd(matrix, compute_uv=False)[-1] * (1.0 - 1e-12)
+
+
+def test_orthogonal_factor_keeps_zeros() -> None:
+    """Rows that share no column are reflected without touching each other."""
+    blocks = ca.diagcat(ca.SX.sym("a", 2, 3), ca.SX.sym("b", 2, 4))
+    assert OrthogonalFactor.of(blocks).lower.nnz() == 6
+
+
+def test_a_row_of_zeros_has_no_pivot_and_leaves_the_others_numbers() -> None:
+    matrix = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
+    kernel, pivots = evaluated(lambda a: [OrthogonalFactor.of(a).kernel, OrthogonalFactor.of(a).pivots], matrix)
+    assert np.isfinite(kernel).all()
+    assert pivots.min() == 0.0

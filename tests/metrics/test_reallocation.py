@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from amble.control import DropActuator, PseudoInverse
-from amble.control.linearisation import Feedforward, linearise
+from amble.control.feedforward import Feedforward, pack
+from amble.control.linearisation import linearise
 from amble.errors import InputError
 from amble.metrics import Samples, samples_of_gait
 from amble.metrics.reallocation import reallocate
@@ -107,7 +108,7 @@ def test_the_controller_itself_agrees(stance: int) -> None:
     outputs.remove(robot.coordinate_index(free[0]) - 3)
     weights = np.eye(robot.size - 3)[outputs]
     references = standing[3:, None] + 0.05 * random.normal(size=(robot.size - 3, 5))
-    parameters = np.concatenate([[0.2], [100.0, 20.0], references.ravel("F"), weights.ravel("F")])
+    parameters = pack(0.2, (100.0, 20.0), references, weights)
     applied = {name: [np.asarray(value).T for value in loop(0.1, states.T, parameters)] for name, loop in loops.items()}
     columns = [3 * robot.foot_names.index(foot) + axis for foot in feet for axis in range(3)]
     forces = np.zeros((len(states), 12))

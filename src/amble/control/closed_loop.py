@@ -9,7 +9,8 @@ import casadi as ca
 
 from amble.codegen import compile_all
 from amble.control.allocation import AllocationLaw
-from amble.control.linearisation import Feedforward, Linearised, linearise
+from amble.control.feedforward import Feedforward
+from amble.control.linearisation import Linearised, linearise
 from amble.control.sensitivity import sensitivity
 from amble.hybrid import Switch, impact
 from amble.robot import Robot, kinematics
@@ -29,7 +30,7 @@ class StanceLoop:
 
     Attributes:
         field: dx/dt.
-        variation: (d field / d x, K, E), with the response K and the error slope E of ``sensitivity``.
+        variation: (d field / d x, R, E), with the response R and the error slope E of ``sensitivity``.
         signals: torque, force (all feet), foot and foot_velocity (all feet), pivot.
         alive: margin to a fall.
         guard: height of the landing foot, or normal force of the lifting foot.
@@ -92,23 +93,20 @@ def _functions(
     margin = ca.fmin(q[2] - LOWEST_BASE, kinematics.base_rotation(q)[2, 2] - STEEPEST)
     guard, after = _guard(robot, switch, q, loop), _reset(robot, switch, q, v)
     symbols = [t, x, p]
+    slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}
     flow = [
-        ca.Function("field", symbols, [ca.vertcat(v, loop.acceleration)], ARGUMENTS, ["rate"]),
-        ca.Function(
-            "variation",
-            symbols,
-            [jacobian, ca.densify(loop.response), ca.densify(slope.error)],
-            ARGUMENTS,
-            ["jacobian", "response", "error"],
-        ),
-        ca.Function("signals", symbols, list(signals.values()), ARGUMENTS, list(signals)),
-        ca.Function("alive", symbols, [margin], ARGUMENTS, ["margin"]),
+        _function("field", symbols, {"rate": ca.vertcat(v, loop.acceleration)}),
+        _function("variation", symbols, slopes),
+        _function("signals", symbols, signals),
+        _function("alive", symbols, {"margin": margin}),
     ]
-    events = [
-        ca.Function("guard", symbols, [guard], ARGUMENTS, ["guard"]),
-        ca.Function("reset", symbols, [after], ARGUMENTS, ["state"]),
-    ]
+    events = [_function("guard", symbols, {"guard": guard}), _function("reset", symbols, {"state": after})]
     return flow, events
+
+
+def _function(name: str, symbols: list[ca.SX], results: dict[str, ca.SX]) -> ca.Function:
+    """Write a function of t, x and p without common subexpressions."""
+    return ca.Function(name, symbols, ca.cse(list(results.values())), ARGUMENTS, list(results))
 
 
 def _signals(robot: Robot, feet: tuple[str, ...], q: ca.SX, v: ca.SX, loop: Linearised) -> dict[str, ca.SX]:
@@ -122,7 +120,7 @@ def _signals(robot: Robot, feet: tuple[str, ...], q: ca.SX, v: ca.SX, loop: Line
         "force": ca.vertcat(*forces),
         "foot": ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names]),
         "foot_velocity": ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) @ v for foot in robot.foot_names]),
-        "pivot": ca.mmin(loop.pivots),
+        "pivot": loop.pivot,
     }
 
 

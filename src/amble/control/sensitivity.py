@@ -9,13 +9,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.linearisation import (
-    POSITION_SIZE,
-    Feedforward,
-    Linearised,
-    required_output_acceleration,
-)
-from amble.hybrid import selection, stance_bias, stance_jacobian
+from amble.control.feedforward import POSITION_SIZE, Feedforward, required_output_acceleration
+from amble.control.linearisation import Linearised
+from amble.control.motion_equations import BASE_SIZE
+from amble.hybrid import stance_bias
 from amble.robot import Robot, dynamics
 
 
@@ -25,12 +22,14 @@ class Sensitivity:
 
     Attributes:
         acceleration: d q'' / d (q, v), (n_q, 2 n_q).
+        response: R, the accelerations that a change of w causes, (n_q, n_a); H S R = H.
         error: E = d (y_a'' - w) / d (q, v), what every coordinate of y_a misses of its own error dynamics,
-            (n_a, 2 n_q). H E = 0; a change dH of the weights changes ``acceleration`` by -K dH E, with K the
-            response of the outputs, where the error itself is zero.
+            (n_a, 2 n_q). H E = 0; a change dH of the weights changes ``acceleration`` by -K dH E where the error
+            itself is zero, with the response K = R H^+ of the outputs.
     """
 
     acceleration: ca.SX
+    response: ca.SX
     error: ca.SX
 
 
@@ -43,25 +42,25 @@ def sensitivity(
     time: ca.SX,
     feedforward: Feedforward,
 ) -> Sensitivity:
-    """Perturb D a + h = B u + J^T lambda, J a + Jdot v = 0 and H (S a - w) = 0 in q and v.
+    """Perturb the equations of ``MotionEquations`` in q and v.
 
-    The law does not enter: torques that differ by a free direction cause the same acceleration.
+    Neither the law nor the joints' rows enter: torques that differ by a free direction cause the same acceleration,
+    and the base's rows hold no torque.
     """
     # shorthand
-    motion, H, K = linearised.motion, feedforward.weights, linearised.response
-    state = ca.vertcat(q, v)
+    equations = linearised.equations
+    J, state = equations.jacobian, ca.vertcat(q, v)
 
-    a, u = ca.SX.sym("a", robot.size), ca.SX.sym("u", len(robot.joints))
-    lam = ca.SX.sym("lambda", 3 * len(feet))
-    J = stance_jacobian(robot, feet, q)
-    force = dynamics.inverse_dynamics(robot, q, v, a) - selection(robot) @ u - J.T @ lam
+    a, lam = ca.SX.sym("a", robot.size), ca.SX.sym("lambda", 3 * len(feet))
+    force = (dynamics.inverse_dynamics(robot, q, v, a) - J.T @ lam)[:BASE_SIZE]
     contact = J @ a + stance_bias(robot, feet, q, v)
-    at = (linearised.acceleration, linearised.torques, linearised.forces)
-    slopes = ca.Function("slopes", [q, v, a, u, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)])(
-        q, v, *at
-    )
-    uncontrolled = motion.respond(-slopes[0], -slopes[1])
+    at = linearised.acceleration, linearised.forces
+    slopes = ca.Function("slopes", [q, v, a, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)])(q, v, *at)
     wanted = ca.jacobian(required_output_acceleration(q, v, time, feedforward), state)
-    missing = wanted - uncontrolled[POSITION_SIZE:, :]
-    acceleration = uncontrolled + K @ (H @ missing)
-    return Sensitivity(acceleration, acceleration[POSITION_SIZE:, :] - wanted)
+
+    coordinates, free = wanted.shape[0], equations.null.shape[1]
+    acceleration, _ = equations.solve(wanted, -slopes[1], ca.vertcat(-slopes[0], ca.SX(free, 2 * robot.size)))
+    response, _ = equations.solve(
+        ca.SX.eye(coordinates), ca.SX(contact.shape[0], coordinates), ca.SX(BASE_SIZE + free, coordinates)
+    )
+    return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - wanted)

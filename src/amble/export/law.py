@@ -8,7 +8,8 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw, ContactLimits, margins
-from amble.control.linearisation import Feedforward, linearise
+from amble.control.feedforward import Feedforward
+from amble.control.linearisation import linearise
 from amble.gait import Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import Stance
@@ -52,7 +53,7 @@ def stance_law(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
     function = ca.Function(
         f"amble_law_{stance.name}",
         [t, x, feedforward.packed()],
-        [ca.densify(loop.torques), ca.densify(ca.vertcat(*forces)), ca.mmin(loop.pivots), margin],
+        [ca.densify(loop.torques), ca.densify(ca.vertcat(*forces)), loop.pivot, margin],
         ["t", "x", "p"],
         ["torque", "force", "pivot", "margin"],
     )

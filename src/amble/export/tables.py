@@ -42,7 +42,7 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
         numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait)),
     ]
     for law in laws:
-        what = "duration, gains, reference curves, output weights; matrices column by column"
+        what = "duration, gains, reference curves, kernel of the output weights; matrices column by column"
         lines.append(f"\n/* {law.stance.name}: {what}. */")
         lines.append(numbers(f"PARAMETERS_{law.stance.name}", str(law.parameters.size), law.parameters))
     names = ", ".join(f"PARAMETERS_{law.stance.name}" for law in laws)

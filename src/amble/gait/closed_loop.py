@@ -9,7 +9,7 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.linearisation import LATEST_PHASE
+from amble.control.feedforward import LATEST_PHASE, pack
 from amble.control.outputs import selection_matrix
 from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Switch, Symmetry, Transition
@@ -70,7 +70,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
 
 
 def loop_parameters(gait: Gait, domain: str) -> Vector:
-    """Pack duration, gains, reference curves and weights of a domain as ``Feedforward.packed`` does."""
+    """Pack duration, gains, reference curves and output weights of a domain as ``Feedforward.packed`` does."""
     robot = gait.robot
     if gait.feedback is not None:
         duration = gait.feedback.durations[domain]
@@ -80,8 +80,7 @@ def loop_parameters(gait: Gait, domain: str) -> Vector:
         duration = trajectory.duration
         weights = selection_matrix(robot, gait.outputs.of(domain))
         references = weights.T @ trajectory.coefficients
-    packed = [[duration], gait.gains, elevate(references, REFERENCE_ORDER).ravel(order="F"), weights.ravel(order="F")]
-    return frozen(np.concatenate([np.asarray(part, dtype=np.float64) for part in packed]))
+    return frozen(pack(duration, gait.gains, elevate(references, REFERENCE_ORDER), weights))
 
 
 def reference_end(parameters: Vector) -> float:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+SMALLEST = 1e-300
+"""Stands for zero in a divisor."""
+
 
 @dataclass(frozen=True)
 class SymmetricFactor:
@@ -39,41 +42,64 @@ class SymmetricFactor:
 
 
 @dataclass(frozen=True)
-class SquareSolution:
-    """The solution of a square system and the pivots |R_ii| met on the way."""
+class OrthogonalFactor:
+    """A Q = [L 0] of an expression with at most as many rows as columns, by Householder reflections.
 
-    value: ca.SX
-    pivots: ca.SX
+    Backward stable without pivoting, sparse where A is. The smallest pivot bounds the smallest singular value from
+    above, so it tells when rank is lost (Golub and Van Loan, Matrix Computations, section 5.2).
 
-
-def solve_square(matrix: ca.SX, right: ca.SX) -> SquareSolution:
-    """Solve a square system by Householder reflections: backward stable without pivoting.
-
-    The smallest pivot bounds the smallest singular value from above, so it tells when rank is lost
-    (Golub and Van Loan, Matrix Computations, section 5.2).
-
-    Args:
-        matrix: (n, n).
-        right: (n, k).
+    Attributes:
+        lower: L, (m, m).
+        reflections: (normal, scale) of I - scale normal normal^T, whose product is Q.
+        columns: n.
     """
-    n = matrix.shape[0]
-    work = ca.densify(ca.horzcat(matrix, right))
-    diagonal = []
-    for k in range(n):
-        column = work[k:, k]
-        length = ca.sqrt(ca.sumsqr(column))
-        if k == n - 1:
-            diagonal.append(work[k, k])
-            break
-        sign = ca.if_else(column[0] >= 0, 1.0, -1.0)
-        normal = ca.vertcat(column[0] + sign * length, column[1:])
-        scale = 1.0 / (length * (length + sign * column[0]))
-        rest = work[k:, k + 1 :]
-        work[k:, k + 1 :] = rest - (scale * normal) @ (normal.T @ rest)
-        diagonal.append(-sign * length)
-    pivots = ca.vertcat(*diagonal)
-    value = ca.SX(n, right.shape[1])
-    for k in range(n - 1, -1, -1):
-        known = work[k, k + 1 : n] @ value[k + 1 :, :] if k < n - 1 else 0.0
-        value[k, :] = (work[k, n:] - known) / pivots[k]
-    return SquareSolution(value, ca.fabs(pivots))
+
+    lower: ca.SX
+    reflections: tuple[tuple[ca.SX, ca.SX], ...]
+    columns: int
+
+    @classmethod
+    def of(cls, matrix: ca.SX) -> OrthogonalFactor:
+        """Factor a matrix, (m, n) with m <= n."""
+        m, n = matrix.shape
+        work = ca.SX(matrix.T)
+        reflections = []
+        for k in range(min(m, n - 1)):
+            column = ca.densify(work[k, k])
+            length = ca.sqrt(ca.sumsqr(work[k:, k]))
+            sign = ca.if_else(column >= 0, 1.0, -1.0)
+            normal = ca.vertcat(ca.SX(k, 1), column + sign * length, work[k + 1 :, k])
+            # a column of zeros is left alone: its pivot is zero, and the others stay numbers
+            scale = 1.0 / ca.fmax(length * (length + sign * column), SMALLEST)
+            work = ca.horzcat(work[:, :k], _reflected(work[:, k:], normal, scale))
+            work[k + 1 :, k] = 0
+            reflections.append((normal, scale))
+        return cls(ca.sparsify(work[:m, :]).T, tuple(reflections), n)
+
+    @property
+    def pivots(self) -> ca.SX:
+        """|L_ii|, (m,)."""
+        return ca.fabs(ca.densify(ca.diag(self.lower)))
+
+    @property
+    def kernel(self) -> ca.SX:
+        """Orthonormal basis of the x with A x = 0, (n, n - m)."""
+        return self._turned(ca.SX.eye(self.columns)[:, self.lower.shape[0] :])
+
+    def solve(self, right: ca.SX) -> ca.SX:
+        """Return the shortest x with A x = right, one column a system."""
+        m = self.lower.shape[0]
+        z = ca.SX(0, right.shape[1])
+        for k in range(m):
+            z = ca.vertcat(z, (right[k, :] - self.lower[k, :k] @ z) / self.lower[k, k])
+        return self._turned(ca.vertcat(z, ca.SX(self.columns - m, right.shape[1])))
+
+    def _turned(self, vectors: ca.SX) -> ca.SX:
+        """Q vectors."""
+        for normal, scale in reversed(self.reflections):
+            vectors = _reflected(vectors, normal, scale)
+        return vectors
+
+
+def _reflected(vectors: ca.SX, normal: ca.SX, scale: ca.SX) -> ca.SX:
+    return vectors - (scale * normal) @ (normal.T @ vectors)

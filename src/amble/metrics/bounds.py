@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from amble.control.motion_equations import SMALLEST_PIVOT
 from amble.errors import InputError
 from amble.gait import Limits
 
@@ -18,7 +19,7 @@ class ContactBounds:
         normal_force: smallest normal force of a stance foot, N.
         penetration: largest depth of a swing foot, m.
         drift: largest distance of a stance foot from where its stance phase began, m.
-        pivot: smallest pivot of the decoupling matrix.
+        pivot: smallest pivot of the decoupling equations.
         torques: joint name -> largest |torque|, N m; a joint that is not named has no bound.
         speeds: joint name -> largest |rate|, rad/s; a joint that is not named has no bound.
 
@@ -45,7 +46,7 @@ class ContactBounds:
 
     @classmethod
     def of_limits(
-        cls, limits: Limits, penetration: float = 1e-3, drift: float = 1e-3, pivot: float = 1e-6
+        cls, limits: Limits, penetration: float = 1e-3, drift: float = 1e-3, pivot: float = SMALLEST_PIVOT
     ) -> ContactBounds:
         """Take the limits of a gait problem; a simulated foot must push, however little.
 
@@ -53,6 +54,6 @@ class ContactBounds:
             limits: friction, torque and speed limits of the gait.
             penetration: depth that is tolerated, m; one millimetre is less than any floor is flat.
             drift: drift that is tolerated, m; a stance constraint without stabilisation drifts with the integrator.
-            pivot: smallest pivot under which the decoupling matrix counts as singular.
+            pivot: smallest pivot under which the decoupling equations count as singular.
         """
         return cls(limits.friction, 0.0, penetration, drift, pivot, limits.torques, limits.speeds)

@@ -44,7 +44,7 @@ class ContactReport:
         max_penetration: largest depth of a swing foot below the ground, m.
         max_drift: largest distance of a stance foot from where its stance phase began, m.
         max_slip: largest speed of a stance foot, m/s.
-        min_pivot: smallest pivot of the decoupling matrix.
+        min_pivot: smallest pivot of the decoupling equations.
         pulls: samples in which some stance foot has no positive normal force, where friction has no meaning.
         samples: number of samples that were looked at.
         rows: the worst value of every monitored quantity.
@@ -113,7 +113,7 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
     sound = (normal > 0.0) & (friction <= bounds.friction) & ~pulling
     rows = [*_foot_rows(trace, pattern, stances, feet, bounds), *_joint_rows(trace, pattern, bounds)]
     pivot = signal(trace, "pivot")[:, 0]
-    rows.append(_worst("pivot of the decoupling matrix", pivot, (bounds.pivot, np.inf), trace, lowest=True))
+    rows.append(_worst("pivot of the decoupling equations", pivot, (bounds.pivot, np.inf), trace, lowest=True))
     return ContactReport(
         min_normal_force=float(normal.min()),
         max_friction=float(friction.max()),

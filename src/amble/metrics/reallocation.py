@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from amble.control import AllocationLaw, Redundancy, internal_forces
+from amble.control import AllocationLaw, Redundancy, free_directions
 from amble.errors import InputError
 from amble.maths.linear_algebra import SymmetricFactor
 from amble.metrics.samples import Samples
-from amble.robot import Robot, kinematics
+from amble.robot import Robot
 from amble.types import NodeValues, frozen
 
 
@@ -74,11 +74,9 @@ def _reallocation(robot: Robot, feet: tuple[str, ...], law: AllocationLaw) -> ca
     joints = len(robot.joints)
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
     u, forces = ca.SX.sym("u", joints), ca.SX.sym("lambda", 3 * len(feet))
-    squeeze = internal_forces(ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet]))
-    if squeeze.shape[1] == 0:
+    null, squeeze = free_directions(robot, feet, q)
+    if null.shape[1] == 0:
         return ca.Function("reallocation", [q, v, u, forces], [u, forces])
-    jacobian = ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in feet])
-    null = -jacobian[:, robot.size - joints :].T @ squeeze
     # to the minimum-norm member first, from which a law chooses
     back = -SymmetricFactor.of(null.T @ null).solve(null.T @ u)
     least, least_forces = u + null @ back, forces + squeeze @ back

@@ -14,7 +14,7 @@ def contact_summary(report: ContactReport) -> Table:
         ("largest penetration of a swing foot (m)", number(report.max_penetration)),
         ("largest drift of a stance foot (m)", number(report.max_drift)),
         ("largest speed of a stance foot (m/s)", number(report.max_slip)),
-        ("smallest pivot of the decoupling matrix", number(report.min_pivot)),
+        ("smallest pivot of the decoupling equations", number(report.min_pivot)),
         ("samples in which a stance foot does not push", str(report.pulls)),
         ("samples looked at", str(report.samples)),
     )

@@ -5,13 +5,32 @@ A call through casadi's buffers costs a microsecond where the ordinary one, whic
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
 from amble.types import NodeValues, Vector
+
+
+class _Callee(ctypes.Structure):
+    _fields_ = (
+        ("handle", ctypes.c_void_p),
+        ("clock", DOUBLES),
+        ("state", DOUBLES),
+        ("results", ctypes.POINTER(DOUBLES)),
+        ("widths", ctypes.POINTER(ctypes.c_int)),
+        ("n", ctypes.c_int),
+        ("n_results", ctypes.c_int),
+    )
+
+
+ARGUMENTS = (
+    ctypes.c_void_p, ctypes.POINTER(_Callee), ctypes.c_int, DOUBLES, DOUBLES, ctypes.POINTER(DOUBLES),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -33,11 +52,34 @@ class Bound:
     def along(self, clock: Vector, state: NodeValues) -> tuple[NodeValues, ...]:
         """Return all results at many samples, each (n, width)."""
         collected = tuple(np.empty((clock.size, result.size)) for result in self.results)
+        library = load("along")
+        if library is not None:
+            self._along(library.amble_along, np.ascontiguousarray(clock), np.ascontiguousarray(state), collected)
+            return collected
         for row in range(clock.size):
             self._call(clock[row], state[row])
             for values, result in zip(collected, self.results, strict=True):
                 values[row] = result
         return collected
+
+    def _along(self, routine: Any, clock: Vector, state: NodeValues, collected: tuple[NodeValues, ...]) -> None:
+        """Fill ``collected`` in one call of ``along.c``."""
+        count = len(self.results)
+        pointers, widths = DOUBLES * count, ctypes.c_int * count
+        callee = _Callee(
+            address(self.buffer),
+            doubles(self.clock),
+            doubles(self.state),
+            pointers(*map(doubles, self.results)),
+            widths(*(result.size for result in self.results)),
+            self.state.size,
+            count,
+        )
+        routine.argtypes, routine.restype = ARGUMENTS, None
+        routine(
+            evaluation(), ctypes.byref(callee), clock.size, doubles(clock), doubles(state),
+            pointers(*map(doubles, collected)),
+        )  # fmt: skip
 
     def _call(self, clock: float, state: Vector) -> None:
         self.clock[0] = clock

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from amble.control import AllocationLaw
+from amble.control.motion_equations import SMALLEST_PIVOT
 from amble.errors import WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
@@ -15,9 +16,6 @@ from amble.simulation.perturbation import perturbed
 from amble.simulation.simulate import simulate
 from amble.simulation.trace import Trace
 from amble.simulation.walk import Progress
-
-SMALLEST_PIVOT = 1e-6
-"""Pivots of [A; N^T] are accelerations per torque, about 1 for ASTRo; below this six digits of the torques are gone."""
 
 
 def simulate_gait(

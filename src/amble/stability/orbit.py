@@ -52,7 +52,7 @@ class DomainOrbit:
         states: there, (panels, stages, n_x).
         event: slope of the state after the reset with respect to the state before the event at fixed clock,
             (n_x, n_x).
-        variation: compiled (t, x, p) -> (d field / d x, K, E) of ``control.closed_loop.StanceLoop``.
+        variation: compiled (t, x, p) -> (d field / d x, R, E) of ``control.closed_loop.StanceLoop``.
     """
 
     name: str

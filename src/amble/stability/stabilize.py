@@ -244,7 +244,8 @@ def _weighting(gait: Gait, free: Sequence[str]) -> Weighting:
         mask = np.zeros(matrix.shape, dtype=np.bool_)
         mask[:, [names.index(coordinate) for coordinate in free]] = True
         masks[name] = mask
-        packed[name] = loop_parameters(gait, name)[: -matrix.size]
+        outputs, coordinates = matrix.shape
+        packed[name] = loop_parameters(gait, name)[: -coordinates * (coordinates - outputs)]
     return Weighting(start, masks, packed)
 
 

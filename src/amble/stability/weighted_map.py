@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from amble.control.feedforward import unseen_directions
 from amble.stability.orbit import PANELS, STAGES, DomainOrbit, GaussRule, Orbit
 from amble.types import Matrix, NodeValues, Vector
 
@@ -22,7 +23,7 @@ class Weighting:
     Attributes:
         start: domain -> H_0, (n_y, n_a).
         free: domain -> mask of the free entries of H, (n_y, n_a).
-        packed: domain -> parameters of the compiled loop up to the weights, which follow them column by column.
+        packed: domain -> parameters of the compiled loop up to the kernel of H, which follows them.
     """
 
     start: Mapping[str, Matrix]
@@ -131,8 +132,7 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
     """Evaluate the Poincare Jacobian for given weights."""
     weights = weighting.weights(theta)
     transports = tuple(
-        _transport(domain, np.append(weighting.packed[domain.name], weights[domain.name].ravel(order="F")))
-        for domain in orbit.domains
+        _transport(domain, weighting.packed[domain.name], weights[domain.name]) for domain in orbit.domains
     )
     total = orbit.basis
     for domain, transport in zip(orbit.domains, transports, strict=True):
@@ -140,8 +140,9 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
     return WeightedMap(orbit.basis.T @ total, orbit, weighting, transports)
 
 
-def _transport(domain: DomainOrbit, parameters: Vector) -> Transport:
+def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
     """Solve Phi' = F(t) Phi by Gauss collocation, all panels at once."""
+    parameters = np.append(packed, unseen_directions(weights).ravel(order="F"))
     size, count = domain.states.shape[-1], PANELS * STAGES
     step = domain.duration / PANELS
     jacobian, response, error = domain.variation.map(count)(
@@ -158,11 +159,11 @@ def _transport(domain: DomainOrbit, parameters: Vector) -> Transport:
     for panel in range(PANELS):
         until[panel] = inner[panel] @ whole
         whole = across[panel] @ whole
-    outputs, coordinates = response.shape[1] // count, error.shape[0]
+    coordinates = error.shape[0]
     return Transport(
         whole,
         until.reshape(count, size, size),
-        _stacked(response, response.shape[0], outputs, count),
+        _stacked(response, response.shape[0], coordinates, count) @ np.linalg.pinv(weights),
         _stacked(error, coordinates, size, count),
         np.tile(step * RULE.weights, PANELS),
     )

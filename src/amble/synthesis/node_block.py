@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from amble.control import Redundancy, internal_forces
+from amble.control import Redundancy, free_directions
 from amble.errors import InputError
 from amble.hybrid import selection, stance_bias, stance_jacobian
 from amble.maths.bezier import bezier
@@ -68,7 +68,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     motion = dynamics.inverse_dynamics(robot, q, v, a) - selection(robot) @ u - J.T @ lam
     contact = J @ a + stance_bias(robot, feet, q, v)
     outputs = _output_rows(problem, domain, (q, v, a), (alpha, T, phase))
-    law = _law_rows(problem, domain, q, v, u, lam, J)
+    law = _law_rows(problem, domain, q, v, u, lam)
     cones = _friction_rows(len(feet), lam, parameters)
     swing = [foot for foot in robot.foot_names if foot not in feet]
     heights = ca.vertcat(*[kinematics.foot_position(robot, foot, q)[2] for foot in swing], ca.SX(0, 1))
@@ -118,14 +118,11 @@ def _output_rows(
     return ca.vertcat(q - value, v - slope / T, (a - curvature / T**2) / ACCELERATION_UNIT)
 
 
-def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX, J: ca.SX) -> ca.SX:
+def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX) -> ca.SX:
     """Rows of the allocation law, built on the same null space as the controller's."""
     robot, feet = problem.pattern.robot, domain.stance.feet
-    positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1))
-    squeeze = internal_forces(positions)
-    joints = len(robot.joints)
-    null = -J[:, robot.size - joints :].T @ squeeze if squeeze.shape[1] else ca.SX(joints, 0)
-    speeds = v[robot.size - joints :]
+    null, squeeze = free_directions(robot, feet, q)
+    speeds = v[robot.size - len(robot.joints) :]
     return ca.densify(problem.law.rows(Redundancy(robot, feet, u, null, lam, squeeze, speeds)))
 
 

@@ -16,7 +16,8 @@ from amble.control import (
     WeightedMinimumNorm,
     internal_forces,
 )
-from amble.control.linearisation import Feedforward, linearise
+from amble.control.feedforward import Feedforward, pack
+from amble.control.linearisation import linearise
 from tests import robots
 from tests.control.allocation.stances import NAMES, choose, dynamics, random_postures, samples, stance_feet
 
@@ -96,7 +97,7 @@ def test_all_laws_cause_the_same_acceleration(name: str) -> None:
     weights = np.hstack([np.zeros((11, 3)), np.delete(np.eye(12), robot.joint_index(standing[1]), axis=0)])
     for state, rate in zip(*random_postures(name, 20, seed=3), strict=True):
         curves = state[3:, None] + generator.normal(0.0, 0.1, (robot.size - 3, 5))
-        packed = np.concatenate([[0.2, 100.0, 20.0], curves.ravel(order="F"), weights.ravel(order="F")])
+        packed = pack(0.2, (100.0, 20.0), curves, weights)
         found = [[np.asarray(part.full()).ravel() for part in f(state, rate, 0.1, packed)] for f in functions]
         least = np.linalg.norm(found[0][1])
         for acceleration, torque, _ in found[1:]:

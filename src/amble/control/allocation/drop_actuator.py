@@ -10,7 +10,7 @@ import casadi as ca
 
 from amble.control.allocation.law import AllocationLaw, Redundancy
 from amble.errors import InputError, UnknownNameError
-from amble.maths.linear_algebra import solve_square
+from amble.maths.linear_algebra import OrthogonalFactor
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class DropActuator(AllocationLaw):
         dropped = self._dropped(redundancy)
         if not dropped:
             return ca.SX(0, 1)
-        return solve_square(redundancy.null[dropped, :], -redundancy.torques[dropped]).value
+        return OrthogonalFactor.of(redundancy.null[dropped, :]).solve(-redundancy.torques[dropped])
 
     def _dropped(self, redundancy: Redundancy) -> list[int]:
         """Indices of the joints that are off in this stance.

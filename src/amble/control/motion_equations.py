@@ -1,0 +1,115 @@
+"""The motion of a stance whose outputs obey given dynamics: linear equations in accelerations and contact forces.
+
+Nothing inverts the mass matrix. Feet at rest and outputs that obey leave few accelerations open; six rows of the
+dynamics in which no actuator appears, and the law's choice of internal forces, then give those and the contact forces;
+the torques follow from the joints' rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from amble.control.allocation import free_directions
+from amble.control.feedforward import POSITION_SIZE
+from amble.errors import InputError
+from amble.hybrid import stance_jacobian
+from amble.maths.linear_algebra import OrthogonalFactor
+from amble.robot import Robot, dynamics
+
+BASE_SIZE = 6
+
+SMALLEST_PIVOT = 1e-6
+"""Pivots are about 0.1 for ASTRo; below this five digits of accelerations and torques are gone."""
+
+
+@dataclass(frozen=True)
+class MotionEquations:
+    """J a = contact, S a - w in the kernel of H, and P (D a - J^T lambda) = load.
+
+    S picks y_a = (roll, pitch, yaw, joints) of the coordinates; P = [I 0; 0 N^T] picks the base's rows and sums the
+    joints' rows over every torque N that causes no acceleration.
+
+    Attributes:
+        mass: D, (n_q, n_q).
+        jacobian: J of the stance feet, (3 n_c, n_q).
+        unseen: orthonormal basis of the kernel of H, (n_a, n_a - n_y).
+        rows: P, (6 + k, n_q).
+        squeeze: internal contact forces, (3 n_c, k), N.
+        null: N, the torques that go with them, (n_joints, k), N m.
+        closure: factor of the equations that keep the feet at their distances.
+        open: accelerations that contacts and outputs leave open, (n_q, d).
+        balance: factor of the equations for ``open`` and the contact forces.
+    """
+
+    mass: ca.SX
+    jacobian: ca.SX
+    unseen: ca.SX
+    rows: ca.SX
+    squeeze: ca.SX
+    null: ca.SX
+    closure: OrthogonalFactor
+    open: ca.SX
+    balance: OrthogonalFactor
+
+    @classmethod
+    def of(cls, robot: Robot, feet: tuple[str, ...], q: ca.SX, unseen: ca.SX) -> MotionEquations:
+        """Write and factor the equations at a configuration.
+
+        Raises:
+            InputError: where the stance does not allow exactly as many outputs.
+        """
+        # shorthand
+        D, J = dynamics.mass_matrix(robot, q), stance_jacobian(robot, feet, q)
+        N, W = free_directions(robot, feet, q)
+        outputs, allowed = robot.size - POSITION_SIZE - unseen.shape[1], len(robot.joints) - N.shape[1]
+        if outputs != allowed:
+            raise InputError(f"a stance on {len(feet)} feet takes exactly {allowed} outputs, not {outputs}")
+
+        P = ca.diagcat(ca.SX.eye(BASE_SIZE), N.T)
+        closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:]) @ unseen)
+        directions = _open_directions(J, unseen, closure.kernel)
+        balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -P @ J.T))
+        return cls(D, J, unseen, P, W, N, closure, directions, balance)
+
+    @property
+    def pivots(self) -> ca.SX:
+        """Pivots met; the smallest tells when the outputs cannot be decoupled."""
+        return ca.vertcat(self.closure.pivots, self.balance.pivots)
+
+    def solve(self, wanted: ca.SX, contact: ca.SX, load: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return accelerations a, (n_q, m), and contact forces, (3 n_c, m), one column a case.
+
+        Args:
+            wanted: w, (n_a, m).
+            contact: accelerations of the stance feet, (3 n_c, m).
+            load: right side of the rows P, (6 + k, m).
+        """
+        # shorthand
+        J, K = self.jacobian, self.unseen
+
+        moved = contact - J[:, POSITION_SIZE:] @ wanted
+        outputs = wanted + K @ self.closure.solve(_apart(moved))
+        one = ca.vertcat(_common(contact - J[:, POSITION_SIZE:] @ outputs), outputs)
+        found = self.balance.solve(load - self.rows @ (self.mass @ one))
+        return one + self.open @ found[: self.open.shape[1], :], found[self.open.shape[1] :, :]
+
+
+def _apart(rows: ca.SX) -> ca.SX:
+    """Rows of every foot but the first, less those of the first: what remains when the base's position is free."""
+    feet = rows.shape[0] // 3
+    return ca.vertcat(*[rows[3 * i : 3 * i + 3, :] - rows[:3, :] for i in range(1, feet)], ca.SX(0, rows.shape[1]))
+
+
+def _common(rows: ca.SX) -> ca.SX:
+    """Rows of the first foot, which the base's position follows; zero without a foot."""
+    return rows[:3, :] if rows.shape[0] else ca.SX(POSITION_SIZE, rows.shape[1])
+
+
+def _open_directions(jacobian: ca.SX, unseen: ca.SX, kernel: ca.SX) -> ca.SX:
+    """Accelerations that move no foot and no output; without feet the base's position is open too."""
+    outputs = unseen @ kernel
+    if jacobian.shape[0]:
+        return ca.vertcat(-_common(jacobian[:, POSITION_SIZE:] @ outputs), outputs)
+    return ca.diagcat(ca.SX.eye(POSITION_SIZE), outputs)

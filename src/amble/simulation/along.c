@@ -1,0 +1,29 @@
+/* One function at many samples: every result of function(clock, state) at every clock and state. */
+
+#include <math.h>
+#include <string.h>
+
+typedef struct {
+    void *handle; /* evaluates results = function(clock, state) from and to the buffers below */
+    double *clock, *state;
+    double *const *results;
+    const int *widths;
+    int n, n_results;
+} Callee;
+
+/* collected[r] is (samples, widths[r]), a row a sample */
+void amble_along(void (*evaluate)(void *), const Callee *callee, int samples, const double *clocks,
+                 const double *states, double *const *collected) {
+    for (int i = 0; i < samples; ++i) {
+        *callee->clock = clocks[i];
+        memcpy(callee->state, states + (size_t)i * callee->n, callee->n * sizeof(double));
+        /* a function that fails writes nothing: it must not look like its last value */
+        for (int r = 0; r < callee->n_results; ++r)
+            if (callee->widths[r]) callee->results[r][0] = NAN;
+        evaluate(callee->handle);
+        for (int r = 0; r < callee->n_results; ++r) {
+            const size_t width = callee->widths[r];
+            memcpy(collected[r] + i * width, callee->results[r], width * sizeof(double));
+        }
+    }
+}

@@ -1,0 +1,91 @@
+"""References and the kernel of the output weights, against numpy."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from amble.control.feedforward import (
+    LATEST_PHASE,
+    Feedforward,
+    desired,
+    pack,
+    required_output_acceleration,
+    unseen_directions,
+)
+from amble.errors import InputError
+from amble.maths.bezier import evaluate
+from amble.types import Matrix
+
+WEIGHTS = np.eye(2, 4)
+
+
+@pytest.mark.parametrize(("outputs", "coordinates"), [(1, 3), (11, 15), (12, 15), (6, 15), (3, 3)])
+def test_unseen_directions_span_the_kernel(outputs: int, coordinates: int) -> None:
+    weights = np.random.default_rng(outputs).normal(size=(outputs, coordinates))
+    unseen = unseen_directions(weights)
+    assert unseen.shape == (coordinates, coordinates - outputs)
+    # a few roundings
+    np.testing.assert_allclose(weights @ unseen, 0.0, atol=1e-13)
+    np.testing.assert_allclose(unseen.T @ unseen, np.eye(coordinates - outputs), atol=1e-14)
+
+
+def test_dependent_outputs_are_refused() -> None:
+    with pytest.raises(InputError, match="dependent"):
+        unseen_directions(np.array([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]))
+
+
+def test_numbers_are_packed_in_the_order_of_the_symbols() -> None:
+    references = np.arange(24.0).reshape(4, 6)
+    feedforward = Feedforward.symbols(2, 4, 5)
+    parts = [feedforward.duration, feedforward.gains, feedforward.references, feedforward.unseen]
+    unpack = ca.Function("unpack", [feedforward.packed()], parts)
+    duration, gains, curves, unseen = (np.asarray(part) for part in unpack(pack(0.4, (3.0, 2.0), references, WEIGHTS)))
+    assert float(duration[0, 0]) == 0.4
+    assert gains.ravel().tolist() == [3.0, 2.0]
+    np.testing.assert_array_equal(curves, references)
+    np.testing.assert_array_equal(unseen, unseen_directions(WEIGHTS))
+
+
+def test_the_required_acceleration_is_the_output_dynamics_written_out() -> None:
+    random = np.random.default_rng(9)
+    references, q, v, kp, kd = random.normal(size=(4, 6)), random.normal(size=7), random.normal(size=7), 100.0, 20.0
+    symbols = ca.SX.sym("q", 7), ca.SX.sym("v", 7), ca.SX.sym("t")
+    feedforward = Feedforward.symbols(2, 4, 5)
+    function = ca.Function(
+        "required", [*symbols, feedforward.packed()], [required_output_acceleration(*symbols, feedforward)]
+    )
+    for t in (0.0, 0.1, 0.4):
+        value, rate, second = (part[0] for part in evaluate(references, np.array([t / 0.4])))
+        expected = second / 0.16 - kd * (v[3:] - rate / 0.4) - kp * (q[3:] - value)
+        ours = np.asarray(function(q, v, t, pack(0.4, (kp, kd), references, WEIGHTS))).ravel()
+        np.testing.assert_allclose(ours, expected, atol=1e-13 * np.abs(expected).max() * kp)  # cancellation of K_p q
+
+
+def curves() -> tuple[ca.Function, Matrix]:
+    """(t, p) -> y_d, y_d', y_d'', with its references."""
+    references, t = np.random.default_rng(8).normal(size=(4, 6)), ca.SX.sym("t")
+    feedforward = Feedforward.symbols(2, 4, 5)
+    return ca.Function("desired", [t, feedforward.packed()], list(desired(t, feedforward))), references
+
+
+def test_the_desired_motion_is_its_bezier_curve() -> None:
+    function, references = curves()
+    p = pack(0.4, (1.0, 1.0), references, WEIGHTS)
+    for t in np.linspace(0.0, 0.4 * LATEST_PHASE, 9):
+        value, first, second = (part[0] for part in evaluate(references, np.array([t / 0.4])))
+        for ours, theirs in zip(function(t, p), (value, first / 0.4, second / 0.16), strict=True):
+            np.testing.assert_allclose(np.asarray(ours).ravel(), theirs, atol=1e-11)
+
+
+def test_after_its_end_the_desired_motion_keeps_its_acceleration() -> None:
+    function, references = curves()
+    p = pack(0.4, (1.0, 1.0), references, WEIGHTS)
+    end = 0.4 * LATEST_PHASE
+    value, rate, second = (np.asarray(part).ravel() for part in function(end, p))
+    for late in (0.01, 0.2):
+        later = [np.asarray(part).ravel() for part in function(end + late, p)]
+        np.testing.assert_allclose(later[0], value + rate * late + 0.5 * second * late**2, atol=1e-11)
+        np.testing.assert_allclose(later[1], rate + second * late, atol=1e-11)
+        np.testing.assert_allclose(later[2], second, atol=1e-10)
