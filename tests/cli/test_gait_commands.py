@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,7 @@ def test_report_fills_a_folder_and_keeps_what_is_known_of_stability(
         "multipliers": {"initial": [[-11.4, 0.0]], "stabilized": [[0.0, 0.12], [0.0, -0.12]]},
         "section_error": 1e-9,
         "section_distances": [1e-3, 1e-4, 1e-5],
+        "perturbed": {"size": 1e-3, "cycles": 2, "sound_from_cycle": 0, "before_sound": None},
     }
     (folder / "results.json").write_text(json.dumps({**results, **stability}))
     assert exit_code("report", str(folder)) == 0
@@ -118,11 +120,16 @@ def test_report_fills_a_folder_and_keeps_what_is_known_of_stability(
     assert {key: again[key] for key in stability} == stability
     figures = {path.name for path in (folder / "figures").iterdir()}
     assert {"torques.png", "torques.pdf", "multipliers.png", "section_distance.pdf"} <= figures
-    assert "Spectral radius" in (folder / "report.md").read_text()
+    page = (folder / "report.md").read_text()
+    assert re.search(r"spectral radius before stabilisation +\| +11\.40 \|", page)
+    assert re.search(r"contacts sound from cycle +\| +0 \|", page)
 
 
-def test_report_refuses_stability_that_is_not_complete(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "results.json").write_text('{"spectral_radius": {"stabilized": 0.12}}')
+@pytest.mark.parametrize("text", ['{"spectral_radius": {"stabilized": 0.12}}', '{"perturbed": {"size": 1e-3}}'])
+def test_report_refuses_stability_that_is_not_complete(
+    text: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "results.json").write_text(text)
     assert exit_code("report", str(folder)) == 2
     assert "stability entries" in capsys.readouterr().err
     (folder / "results.json").unlink()

@@ -57,6 +57,13 @@ def test_the_results_have_what_they_promise(results: dict[str, Any]) -> None:
     assert {"seconds", "steps", "parameters"} <= set(results["stabilization"])
     assert {"amble", "casadi", "numpy"} <= set(results["versions"])
     assert results["perturbed"]["ended"] == "completed"
+    assert {"size", "seed", "sound_from_cycle", "before_sound"} <= set(results["perturbed"])
+
+
+def test_report_writes_the_same_again(folder: Path, tmp_path: Path) -> None:
+    assert exit_code("report", str(folder), "--out", str(tmp_path)) == 0
+    for name in ("results.json", "report.md"):
+        assert (tmp_path / name).read_text() == (folder / name).read_text()
 
 
 def test_the_orbit_is_stable_and_the_certificate_says_so(folder: Path, results: dict[str, Any]) -> None:
@@ -84,3 +91,5 @@ def test_the_files_read_back(folder: Path) -> None:
     page = (folder / "report.md").read_text()
     assert "the paper's Table 1 beside ours" in page
     assert "because they belong to another orbit" in page
+    assert "**Stability**" in page
+    assert "perturbed start, contacts sound from cycle" in page

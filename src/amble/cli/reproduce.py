@@ -81,16 +81,21 @@ def _report(out: Path, found: Stabilized, certificate: Certificate, trace: Trace
         apart = distances(found.gait, beside, certificate)
         near = distances(found.gait, trace, certificate)
         stability = stability_of(
-            initial_spectrum(found.gait), found, certificate, near, apart, measured_mode(found.gait, certificate)
+            initial_spectrum(found.gait),
+            found,
+            certificate,
+            near,
+            apart,
+            measured_mode(found.gait, certificate),
+            perturbed_results(found.gait, beside, PERTURBATION, SEED),
         )
-        extra = {"perturbed": perturbed_results(found.gait, beside, PERTURBATION, SEED)}
         settings = {
             "tolerance of the simulation": f"{trace.tolerance:g}",
             "cycles": str(trace.cycles),
             "perturbation of the second start": f"{PERTURBATION:g}, seed {SEED}",
         }
         clock.lap("measurement")
-        run = assemble(found.gait, trace, settings, clock.laps, stability, extra=extra)
+        run = assemble(found.gait, trace, settings, clock.laps, stability)
     for path in write_run(out, run):
         wrote(path)
     typer.echo(main_table(run).text())

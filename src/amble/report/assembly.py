@@ -55,14 +55,24 @@ def monitors(gait: Gait, trace: Trace) -> ContactReport:
 
 
 def perturbed_results(gait: Gait, trace: Trace, size: float, seed: int) -> Json:
-    """Return what is known of a simulation from a perturbed start; N, 1, m."""
+    """Return what is known of a simulation from a perturbed start; N, 1, m.
+
+    ``before_sound`` is about the cycles before the contacts are sound; None where they are from the start.
+    """
     report = monitors(gait, trace)
+    until = report.sound_from
     return {
         "size": size,
         "seed": seed,
         "cycles": trace.cycles,
         "ended": trace.ended,
-        "sound_from_cycle": report.sound_from,
+        "sound_from_cycle": until,
+        "before_sound": None
+        if until == 0
+        else {
+            "min_normal_force": float(report.normal_forces[:until].min()),
+            "max_friction": float(report.frictions[:until].max()),
+        },
         "min_normal_force": report.min_normal_force,
         "max_friction": report.max_friction,
         "max_penetration": report.max_penetration,

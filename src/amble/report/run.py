@@ -31,6 +31,7 @@ from amble.report.results import (
     solver_results,
     write_results,
 )
+from amble.report.stability_table import stability_table
 from amble.report.tables import Table
 from amble.types import Json, Vector
 
@@ -184,6 +185,7 @@ def write_run(folder: str | Path, run: Run) -> tuple[Path, ...]:
         summary=(_summary(run),),
         tables=(
             main_table(run),
+            *(() if run.stability is None else (stability_table(run.stability.results),)),
             contact_summary(run.contact),
             contact_rows(run.contact),
             solver_table(run.gait.solver),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from amble.errors import InputError
 from amble.report.run import Stability
+from amble.report.stability_table import stability_table
 from amble.stability import Certificate, Spectrum
 from amble.stability.leading_mode import LeadingMode
 from amble.stability.stabilize import Stabilized
@@ -23,7 +24,9 @@ KEYS = (
     "section_error",
     "section_error_perturbed",
     "section_distances",
+    "perturbed",
 )
+"""Entries of results.json that a report without new stability analysis keeps."""
 
 
 def stability_of(
@@ -33,6 +36,7 @@ def stability_of(
     near: Vector,
     apart: Vector,
     mode: LeadingMode,
+    perturbed: Json,
 ) -> Stability:
     """Collect the record.
 
@@ -43,6 +47,7 @@ def stability_of(
         near: distance to the fixed point at the entry of every cycle simulated from the orbit, (cycles + 1,).
         apart: the same, simulated from a perturbed start.
         mode: the leading mode's decay, measured in simulation.
+        perturbed: what ``assembly.perturbed_results`` says of the perturbed start.
     """
     after = certificate.spectrum.multipliers
     results: Json = {
@@ -63,6 +68,7 @@ def stability_of(
         "section_error": float(near[-1]),
         "section_error_perturbed": float(apart[-1]),
         "section_distances": [float(value) for value in apart],
+        "perturbed": perturbed,
     }
     return Stability(before.multipliers, after, float(certificate.radius), frozen(apart), results)
 
@@ -79,6 +85,7 @@ def stability_from(results: Mapping[str, Any]) -> Stability | None:
     try:
         before, after = (_complex(entries["multipliers"][which]) for which in ("initial", "stabilized"))
         radius = float(entries["spectral_radius"]["stabilized"])
+        stability_table(entries)
         return Stability(before, after, radius, frozen(entries["section_distances"]), entries)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"the stability entries of results.json are not complete: {error}") from None

@@ -1,0 +1,62 @@
+"""What the stability analysis found, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from amble.report.tables import Table, number
+
+NOTES = (
+    "Of a full cycle; the error bar is an estimate, and the radius before stabilisation has none. Section error: "
+    "distance from the fixed point at the end of the last cycle, norm of all states modulo the symmetries.",
+)
+
+
+def stability_table(results: Mapping[str, Any]) -> Table:
+    """Summarise the stability entries of results.json; an entry that a run does not have gives no rows.
+
+    Args:
+        results: holds the entries that ``stability_results.KEYS`` names, ``spectral_radius`` at least.
+
+    Raises:
+        KeyError, TypeError, ValueError: an entry is not what ``stability_of`` writes.
+    """
+    radius = results["spectral_radius"]
+    rows = [
+        ("spectral radius before stabilisation", number(float(radius["initial"]))),
+        ("spectral radius after stabilisation", number(float(radius["stabilized"]))),
+        ("its error bar", number(float(radius["error"]), 2)),
+    ]
+    if "contraction" in results:
+        found = results["contraction"]
+        rows += [
+            ("leading mode, contraction predicted", number(float(found["predicted"]))),
+            ("leading mode, contraction measured in simulation", number(float(found["measured"]))),
+            ("relative difference of the two", number(float(found["relative_difference"]), 2)),
+        ]
+    starts = {"section_error": "start on the orbit", "section_error_perturbed": "perturbed start"}
+    rows += [
+        (f"section error, {start}", number(float(results[key]), 2)) for key, start in starts.items() if key in results
+    ]
+    if "perturbed" in results:
+        rows += _perturbed(results["perturbed"])
+    return Table("Stability", ("quantity", "value"), tuple(rows), NOTES)
+
+
+def _perturbed(found: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Say how the perturbed start did: until its contacts are sound, and the worst of them before that."""
+    until = found["sound_from_cycle"]
+    rows = [
+        ("perturbed start, change of every state", number(float(found["size"]), 2)),
+        ("perturbed start, cycles", str(int(found["cycles"]))),
+        ("perturbed start, contacts sound from cycle", "-" if until is None else str(int(until))),
+    ]
+    before = found["before_sound"]
+    if before is None:
+        return rows
+    return [
+        *rows,
+        ("perturbed start, largest friction used before that", number(float(before["max_friction"]))),
+        ("perturbed start, smallest normal force before that (N)", number(float(before["min_normal_force"]))),
+    ]
