@@ -55,7 +55,12 @@ def test_the_results_have_what_they_promise(results: dict[str, Any]) -> None:
     assert {"min_normal_force", "max_friction", "max_penetration"} <= set(results["contact"])
     assert {"status", "iterations", "seconds", "variables", "constraints"} <= set(results["solver"])
     assert {"seconds", "steps", "parameters"} <= set(results["stabilization"])
-    assert {"amble", "casadi", "numpy"} <= set(results["versions"])
+    assert {"amble", "python", "casadi", "numpy", "scipy", "C compiler"} <= set(results["versions"])
+    assert results["stability_versions"] == results["versions"]
+    assert results["settings"]["specification"] == "spec.toml"
+    assert results["settings"]["intervals of a domain"] == "6"
+    assert set(results["seconds"]) == {"synthesis", "stabilisation", "certificate", "simulation", "measurement"}
+    assert all(seconds > 0.0 for seconds in results["seconds"].values())
     assert results["perturbed"]["ended"] == "completed"
     assert {"size", "seed", "sound_from_cycle", "before_sound"} <= set(results["perturbed"])
 

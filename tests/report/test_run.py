@@ -42,6 +42,7 @@ def run() -> Run:
         speed_achieved=SPEED,
         settings={"tolerance": "1e-8"},
         seconds={"synthesis": 5.6},
+        versions={"amble": "0.1.0", "C compiler": "cc 1.2"},
         stability=stability,
     )
 
@@ -59,6 +60,9 @@ def test_results_have_the_keys_that_readers_expect(run: Run) -> None:
     assert {"min_normal_force", "max_friction", "max_penetration"} <= set(found["contact"])
     assert {"status", "iterations", "seconds", "variables", "constraints"} <= set(found["solver"])
     assert found["spectral_radius"]["stabilized"] == 0.44
+    assert found["versions"] == {"amble": "0.1.0", "C compiler": "cc 1.2"}
+    assert found["settings"] == {"tolerance": "1e-8"}
+    assert found["seconds"] == {"synthesis": 5.6}
     # one motion, sampled twice over: nominal and simulated agree to the accuracy of the integrals
     nominal, simulated = (found["methods"]["drop"][motion]["cot"] for motion in ("nominal", "simulated"))
     assert simulated == pytest.approx(nominal, rel=1e-5)

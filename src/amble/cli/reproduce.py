@@ -14,7 +14,7 @@ from amble.cli.console import wrote
 from amble.cli.progress import progress
 from amble.cli.report import GAIT, TRACE
 from amble.cli.simulate import walk
-from amble.cli.stabilize import stabilized
+from amble.cli.stabilize import BASE, STEPS, TARGET, stabilized
 from amble.cli.synthesize import synthesized
 from amble.errors import FallError
 
@@ -39,7 +39,7 @@ def reproduce(
     from amble.gait.files import save_gait
 
     clock = _Clock({})
-    first = _first(spec)
+    first, settings = _first(spec)
     wrote(save_gait(first, out / "synthesized.json"))
     clock.lap("synthesis")
     found = stabilized(first)
@@ -51,12 +51,38 @@ def reproduce(
     trace = _walk(found.gait, cycles, tolerance, 0.0, out / TRACE)
     beside = _walk(found.gait, cycles, tolerance, PERTURBATION, out / "perturbed.nc")
     clock.lap("simulation")
-    _report(out, found, certificate, trace, beside, clock)
+    settings |= _settings(found, trace)
+    _report(out, found, certificate, (trace, beside), settings, clock)
 
 
-def _first(spec: Path | None) -> Gait:
+def _first(spec: Path | None) -> tuple[Gait, dict[str, str]]:
+    """Return the synthesised gait and the settings of its problem that the gait does not hold."""
+    from amble.synthesis.specification import read_specification
+
     with resources.as_file(resources.files("amble.specifications") / SPECIFICATION) as shipped:
-        return synthesized(spec or shipped)
+        path = spec or shipped
+        solver = read_specification(path).solver
+        settings = {
+            "specification": path.name,
+            "tolerance of the gait problem": f"{solver.tolerance:g}",
+            "intervals of a domain": str(solver.intervals * solver.refinement),
+        }
+        return synthesized(path), settings
+
+
+def _settings(found: Stabilized, trace: Trace) -> dict[str, str]:
+    """Return the settings of everything after the gait problem."""
+    from amble.stability.certificate import TOLERANCES
+
+    return {
+        "method of the stabilisation": found.method,
+        "free weights": ", ".join(BASE),
+        "target of the spectral radius": f"{TARGET:g}, at most {STEPS} steps",
+        "tolerances of the certificate": ", ".join(f"{tolerance:g}" for tolerance in TOLERANCES),
+        "tolerance of the simulation": f"{trace.tolerance:g}",
+        "cycles": str(trace.cycles),
+        "perturbation of the second start": f"{PERTURBATION:g}, seed {SEED}",
+    }
 
 
 def _walk(gait: Gait, cycles: int, tolerance: float, perturb: float, out: Path) -> Trace:
@@ -70,13 +96,21 @@ def _walk(gait: Gait, cycles: int, tolerance: float, perturb: float, out: Path) 
     return trace
 
 
-def _report(out: Path, found: Stabilized, certificate: Certificate, trace: Trace, beside: Trace, clock: _Clock) -> None:
-    """Write the page, the figures and the numbers, and print the table."""
+def _report(
+    out: Path,
+    found: Stabilized,
+    certificate: Certificate,
+    traces: tuple[Trace, Trace],
+    settings: dict[str, str],
+    clock: _Clock,
+) -> None:
+    """Write the page, the figures and the numbers, and print the table; the second trace starts beside the orbit."""
     from amble.report.assembly import assemble, perturbed_results
     from amble.report.certification import distances, initial_spectrum, measured_mode
     from amble.report.run import main_table, write_run
     from amble.report.stability_results import stability_of
 
+    trace, beside = traces
     with progress("measuring"):
         apart = distances(found.gait, beside, certificate)
         near = distances(found.gait, trace, certificate)
@@ -89,11 +123,6 @@ def _report(out: Path, found: Stabilized, certificate: Certificate, trace: Trace
             measured_mode(found.gait, certificate),
             perturbed_results(found.gait, beside, PERTURBATION, SEED),
         )
-        settings = {
-            "tolerance of the simulation": f"{trace.tolerance:g}",
-            "cycles": str(trace.cycles),
-            "perturbation of the second start": f"{PERTURBATION:g}, seed {SEED}",
-        }
         clock.lap("measurement")
         run = assemble(found.gait, trace, settings, clock.laps, stability)
     for path in write_run(out, run):

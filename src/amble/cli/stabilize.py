@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 BASE = ("roll", "pitch", "yaw")
 DESCENT = "descent"
+TARGET, STEPS = 0.2, 25
 
 
 def stabilize(
@@ -26,8 +27,8 @@ def stabilize(
         list[str] | None, typer.Option(help="Coordinate with free weights.", show_default="roll, pitch, yaw")
     ] = None,
     method: Annotated[str, typer.Option(help="descent, or bilinear (the paper's matrix inequalities).")] = DESCENT,
-    target: Annotated[float, typer.Option(help="Stop at this spectral radius of a whole cycle.")] = 0.2,
-    steps: Annotated[int, typer.Option(min=1, help="The most steps.")] = 25,
+    target: Annotated[float, typer.Option(help="Stop at this spectral radius of a whole cycle.")] = TARGET,
+    steps: Annotated[int, typer.Option(min=1, help="The most steps.")] = STEPS,
     out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
 ) -> None:
     """Weight the outputs of a gait until its orbit is exponentially stable."""
@@ -38,7 +39,7 @@ def stabilize(
 
 
 def stabilized(
-    gait: Gait, free: Sequence[str] = BASE, method: str = DESCENT, target: float = 0.2, steps: int = 25
+    gait: Gait, free: Sequence[str] = BASE, method: str = DESCENT, target: float = TARGET, steps: int = STEPS
 ) -> Stabilized:
     """Stabilise a gait with progress, and say how it went."""
     from typing import cast

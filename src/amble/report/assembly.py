@@ -24,6 +24,7 @@ from amble.metrics import (
 from amble.report.allocation import allocation_results, allocation_table, compare_allocations
 from amble.report.run import Run, Stability
 from amble.report.tables import Table
+from amble.report.versions import computing_versions
 from amble.simulation import Trace
 from amble.types import Json
 
@@ -117,6 +118,7 @@ def assemble(
         speed_achieved=whole.distance / float(whole.times[-1] - whole.times[0]),
         settings=settings,
         seconds=seconds,
+        versions=computing_versions(),
         stability=stability,
         tables=(*tables, allocation_table(allocations)),
         extra={"allocation": allocation_results(allocations), **(extra or {})},

@@ -29,7 +29,7 @@ class Page:
         tables: in the order of the page.
         figures: in the order of the page; the PNG is shown, the PDF linked.
         settings: name -> value, of the run.
-        versions: package -> version.
+        versions: library -> version.
     """
 
     title: str
@@ -67,7 +67,7 @@ def page_text(page: Page) -> str:
     parts.append("## Settings")
     parts.append(_pairs("Settings", ("setting", "value"), page.settings))
     parts.append("## Versions")
-    parts.append(_pairs("Versions", ("package", "version"), page.versions))
+    parts.append(_pairs("Versions", ("library", "version"), page.versions))
     return "\n\n".join(parts) + "\n"
 
 

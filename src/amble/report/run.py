@@ -76,6 +76,7 @@ class Run:
         speed_achieved: mean forward speed of the simulated motion, m/s.
         settings: name -> value, text, of the run.
         seconds: step of the run -> wall time, s.
+        versions: library that computes -> version, of the process that measured the run.
         stability: where the run has it.
         tables: further tables for the page.
         extra: further entries for results.json.
@@ -90,6 +91,7 @@ class Run:
     speed_achieved: float
     settings: Mapping[str, str]
     seconds: Mapping[str, float]
+    versions: Mapping[str, str]
     stability: Stability | None = None
     tables: tuple[Table, ...] = ()
     extra: Json = field(default_factory=dict)
@@ -121,7 +123,7 @@ def run_results(run: Run) -> Json:
         **run.extra,
         "settings": dict(run.settings),
         "seconds": dict(run.seconds),
-        "versions": dict(run.gait.versions),
+        "versions": dict(run.versions),
     }
 
 
@@ -193,7 +195,7 @@ def write_run(folder: str | Path, run: Run) -> tuple[Path, ...]:
         ),
         figures=tuple(figures),
         settings={**run.settings, **{f"seconds, {step}": f"{value:.2f}" for step, value in run.seconds.items()}},
-        versions=run.gait.versions,
+        versions=run.versions,
     )
     written.append(write_page(place / "report.md", page))
     return tuple(written)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from amble.errors import InputError
 from amble.report.run import Stability
 from amble.report.stability_table import stability_table
+from amble.report.versions import computing_versions
 from amble.stability import Certificate, Spectrum
 from amble.stability.leading_mode import LeadingMode
 from amble.stability.stabilize import Stabilized
@@ -19,6 +20,7 @@ from amble.types import Json, Vector, frozen
 KEYS = (
     "spectral_radius",
     "stabilization",
+    "stability_versions",
     "multipliers",
     "contraction",
     "section_error",
@@ -63,6 +65,7 @@ def stability_of(
             "method": stabilized.method,
             "reason": stabilized.reason,
         },
+        "stability_versions": computing_versions(),
         "multipliers": {"initial": _pairs(before.multipliers), "stabilized": _pairs(after)},
         "contraction": {"measured": mode.rate, "predicted": mode.predicted, "relative_difference": mode.difference},
         "section_error": float(near[-1]),
