@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from amble.control import DropActuator
 from amble.errors import InputError, NotSolvedError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.check import check
+from amble.gait.files import load_gait, save_gait
 from amble.synthesis import GaitProblem, Iteration, synthesize
 from amble.synthesis.guess import walking
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Solution, solve
+from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
 
 EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
 """Families that hold at the nodes whatever the mesh."""
@@ -69,7 +71,7 @@ def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
 def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: GaitProgram) -> None:
     layout = small_program.layout
     natural = from_gait(coarse_gait, layout)
-    solution = Solution(natural / layout.scale, natural, natural, coarse_gait.solver, ())
+    solution = Solution(natural / layout.scale, None, coarse_gait.solver, ())
     again = to_gait(small_program.problem, layout, solution)
     for ours, theirs in zip(again.domains, coarse_gait.domains, strict=True):
         for kind in ("coefficients", "positions", "velocities", "accelerations", "torques", "forces", "impulse"):
@@ -78,15 +80,36 @@ def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: Gait
         assert ours.duration == pytest.approx(theirs.duration)
 
 
-def test_a_warm_start_ends_sooner(coarse_gait: Gait, small_program: GaitProgram, iterations: list[Iteration]) -> None:
-    layout = small_program.layout
-    start = from_gait(coarse_gait, layout) / layout.scale
-    values = np.asarray(small_program.program.nlp(start, small_program.parameters)[1]).ravel()
-    nothing = Solution(start, np.zeros(start.size), np.zeros(values.size), coarse_gait.solver, ())
-    solution = solve(small_program, start, most_iterations=60, warm=nothing)
-    assert solution.solved, solution.report
-    assert solution.report.iterations < len(iterations)
-    assert solution.report.objective == pytest.approx(coarse_gait.solver.objective, rel=1e-5)
+def test_a_gait_that_was_saved_starts_its_neighbour(
+    coarse_gait: Gait, small_problem: GaitProblem, tmp_path: Path
+) -> None:
+    neighbour = replace(small_problem, speed=small_problem.speed - 0.01)
+    saved = load_gait(save_gait(coarse_gait, tmp_path / "gait.json"))
+    warm = synthesize(neighbour, start=saved)
+    assert warm.solver.iterations < coarse_gait.solver.iterations / 2
+    bare = synthesize(neighbour, start=replace(saved, multipliers=None))
+    assert warm.solver.iterations < bare.solver.iterations
+    # the same optimum, to the solver's tolerance
+    assert warm.solver.objective == pytest.approx(bare.solver.objective, rel=1e-5)
+
+
+def test_multipliers_of_another_mesh_are_not_used(coarse_gait: Gait, small_problem: GaitProblem) -> None:
+    finer = replace(small_problem, intervals=small_problem.intervals + 1)
+    with_them = synthesize(finer, start=coarse_gait)
+    without = synthesize(finer, start=replace(coarse_gait, multipliers=None))
+    assert with_them.solver.iterations == without.solver.iterations
+
+
+def test_a_start_that_is_not_near_is_tried_again_without_its_multipliers(
+    coarse_gait: Gait, small_problem: GaitProblem
+) -> None:
+    """At a higher speed the optimum is another gait, with both domains short; all iterations are counted."""
+    neighbour = replace(small_problem, speed=small_problem.speed + 0.01)
+    found = synthesize(neighbour, start=coarse_gait)
+    bare = synthesize(neighbour, start=replace(coarse_gait, multipliers=None))
+    assert found.solver.iterations == WARM_ITERATIONS + bare.solver.iterations
+    assert found.solver.objective == bare.solver.objective
+    assert abs(found.domains[0].duration - coarse_gait.domains[0].duration) > 0.1
 
 
 def test_twenty_metres_a_second_is_refused_with_rows(small_problem: GaitProblem) -> None:

@@ -19,7 +19,10 @@ def synthesize(
     spec: Annotated[Path, typer.Argument(help="Specification, a TOML file.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Where to write the gait.")] = Path("gait.json"),
     start: Annotated[
-        Path | None, typer.Option("--from", help="Gait to start from; else a kinematic walk.", show_default=False)
+        Path | None,
+        typer.Option(
+            "--from", help="Gait to start from, with its multipliers; else a kinematic walk.", show_default=False
+        ),
     ] = None,
     keep: Annotated[
         Path | None, typer.Option(help="Where to write the last iterate of a failed run.", show_default=False)

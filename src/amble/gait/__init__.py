@@ -1,6 +1,6 @@
 """The gait record, its file, and its check."""
 
 from amble.gait.limits import Limits
-from amble.gait.record import DomainTrajectory, Feedback, Gait, SolverReport
+from amble.gait.record import DomainTrajectory, Feedback, Gait, Multipliers, SolverReport
 
-__all__ = ["DomainTrajectory", "Feedback", "Gait", "Limits", "SolverReport"]
+__all__ = ["DomainTrajectory", "Feedback", "Gait", "Limits", "Multipliers", "SolverReport"]

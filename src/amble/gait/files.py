@@ -15,6 +15,8 @@ from amble.gait.motion_tree import (
     feedback_tree,
     limits_from,
     limits_tree,
+    multipliers_from,
+    multipliers_tree,
     solver_from,
     solver_tree,
 )
@@ -29,7 +31,19 @@ from amble.types import Json
 FORMAT = "amble gait"
 FORMAT_VERSION = 1
 
-PARTS = ("robot", "pattern", "outputs", "law", "speed", "gains", "limits", "domains", "solver", "feedback")
+PARTS = (
+    "robot",
+    "pattern",
+    "outputs",
+    "law",
+    "speed",
+    "gains",
+    "limits",
+    "domains",
+    "solver",
+    "feedback",
+    "multipliers",
+)
 
 
 def save_gait(gait: Gait, path: str | Path) -> Path:
@@ -86,6 +100,7 @@ def gait_tree(gait: Gait) -> Json:
         "domains": {domain.name: domain_tree(domain, gait.robot) for domain in gait.domains},
         "solver": solver_tree(gait.solver),
         "feedback": None if gait.feedback is None else feedback_tree(gait.feedback, gait.robot),
+        "multipliers": None if gait.multipliers is None else multipliers_tree(gait.multipliers),
     }
 
 
@@ -117,7 +132,8 @@ def _gait_from(reader: Reader, robot: Robot) -> Gait:
         raise InputError("the parameters of the allocation law in the gait file are not an object")
     solved = [stance.name for stance in pattern.solved]
     domains = reader.inside("domains").expect(*solved)
-    feedback = reader.raw("feedback")
+    feedback, multipliers = reader.raw("feedback"), reader.raw("multipliers")
+    report = solver_from(reader.inside("solver"))
     return Gait(
         pattern=pattern,
         outputs=outputs,
@@ -126,9 +142,10 @@ def _gait_from(reader: Reader, robot: Robot) -> Gait:
         gains=(gains.number("position", "1/s^2"), gains.number("velocity", "1/s")),
         limits=limits_from(reader.inside("limits"), pattern),
         domains=tuple(domain_from(domains.inside(name), name, pattern, outputs) for name in solved),
-        solver=solver_from(reader.inside("solver")),
+        solver=report,
         feedback=None if feedback is None else feedback_from(reader.inside("feedback"), pattern, outputs),
         versions={name: versions.text(name) for name in versions.names()},
+        multipliers=None if multipliers is None else multipliers_from(reader.inside("multipliers"), report),
     )
 
 

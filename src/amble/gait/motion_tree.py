@@ -5,7 +5,7 @@ from __future__ import annotations
 from amble.control import Outputs
 from amble.control.outputs import controllable
 from amble.gait.limits import Limits
-from amble.gait.record import DomainTrajectory, Feedback, SolverReport
+from amble.gait.record import DomainTrajectory, Feedback, Multipliers, SolverReport
 from amble.gait.tree import Reader, quantity, table
 from amble.gait.units import unit_of, units
 from amble.hybrid import GaitPattern
@@ -124,6 +124,20 @@ def feedback_from(reader: Reader, pattern: GaitPattern, outputs: Outputs) -> Fee
         weights={name: weights.array(name, "1", (len(outputs.of(name).coordinates), observed)) for name in solved},
         durations={name: durations.number(name, "s") for name in solved},
         start=reader.columns("start", [*units(names), *units(names, "/s")], None),
+    )
+
+
+def multipliers_tree(multipliers: Multipliers) -> Json:
+    """Write the multipliers of the solution."""
+    return {"bounds": quantity(multipliers.bounds, "scaled"), "rows": quantity(multipliers.rows, "scaled")}
+
+
+def multipliers_from(reader: Reader, report: SolverReport) -> Multipliers:
+    """Read the multipliers of the solution: one a variable and one a row of the program."""
+    reader.expect("bounds", "rows")
+    return Multipliers(
+        bounds=reader.array("bounds", "scaled", (report.variables,)),
+        rows=reader.array("rows", "scaled", (report.constraints,)),
     )
 
 

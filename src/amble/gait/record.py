@@ -74,6 +74,19 @@ class SolverReport:
 
 
 @dataclass(frozen=True)
+class Multipliers:
+    """Lagrange multipliers of the scaled program at the solution, from which a neighbouring problem starts.
+
+    Attributes:
+        bounds: of the bounds of the variables, (n_x,).
+        rows: of the rows, (n_g,).
+    """
+
+    bounds: Vector
+    rows: Vector
+
+
+@dataclass(frozen=True)
 class Gait:
     """A periodic motion with the control law that realises it.
 
@@ -88,6 +101,7 @@ class Gait:
         solver: how it was found.
         feedback: the stabilised outputs, where ``amble.stabilize`` has run.
         versions: package name -> version that wrote the gait.
+        multipliers: the solver's, where it left any.
     """
 
     pattern: GaitPattern
@@ -100,6 +114,7 @@ class Gait:
     solver: SolverReport
     feedback: Feedback | None
     versions: Mapping[str, str]
+    multipliers: Multipliers | None = None
 
     @property
     def robot(self) -> Robot:

@@ -134,4 +134,4 @@ def _solution(program: GaitProgram, gait: Gait, x: Vector) -> Solution:
         violation=float(np.abs(values[equal] - nlp.lower[equal]).max()),
         objective=float(cost),
     )
-    return Solution(x, np.zeros(x.size), np.zeros(values.size), report, violated_rows(program, x, values))
+    return Solution(x, None, report, violated_rows(program, x, values))

@@ -33,6 +33,7 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
         solution.report,
         None,
         {"amble": __version__, **{name: metadata.version(name) for name in RECORDED}},
+        solution.multipliers,
     )
 
 

@@ -15,11 +15,8 @@ from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import to_gait
-from amble.synthesis.solve import Solution, solve
+from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
 from amble.types import Vector
-
-WARM_ITERATIONS = 40
-"""A warm start that needs more was not near: ASTRo's amble from 0.2 to 0.25 m/s takes 18, a cold start 36."""
 
 
 @dataclass(frozen=True)
@@ -90,4 +87,4 @@ def _try(
     program: GaitProgram, start: Vector, warm: Solution | None, tolerance: float, most_iterations: int
 ) -> Solution:
     inside = np.clip(start, program.lower, program.upper)
-    return solve(program, inside, tolerance, most_iterations, warm)
+    return solve(program, inside, tolerance, most_iterations, None if warm is None else warm.multipliers)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from amble.errors import NotSolvedError, Row
-from amble.gait import Gait
+from amble.gait import Gait, Multipliers
 from amble.synthesis.guess import walking
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.program import build_program
+from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Progress, solve
+from amble.synthesis.solve import WARM_ITERATIONS, Progress, Solution, solve
+from amble.types import Vector
 
 
 class GaitNotSolvedError(NotSolvedError):
@@ -39,7 +41,8 @@ def synthesize(
 
     Args:
         problem: the problem.
-        start: a gait of the same pattern to start from; by default a walk that kinematics alone draws.
+        start: a gait of the same pattern to start from, with its multipliers where it has as many intervals; by default
+            a walk that kinematics alone draws.
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up after so many.
         progress: called after every iteration.
@@ -53,14 +56,42 @@ def synthesize(
     layout = program.layout
     natural = walking(problem, layout) if start is None else from_gait(start, layout)
     require_full_rank(*on_coarse_mesh(program, natural))
-    solution = solve(
-        program,
-        np.clip(natural / layout.scale, program.lower, program.upper),
-        tolerance,
-        most_iterations,
-        progress=progress,
-    )
+    multipliers = None if start is None else _fitting(start.multipliers, program)
+    solution = _solve(program, natural / layout.scale, multipliers, tolerance, most_iterations, progress)
     gait = to_gait(problem, layout, solution)
     if not solution.solved:
         raise GaitNotSolvedError(solution.report.status, solution.rows, gait)
     return gait
+
+
+def _solve(
+    program: GaitProgram,
+    start: Vector,
+    multipliers: Multipliers | None,
+    tolerance: float,
+    most_iterations: int,
+    progress: Progress | None,
+) -> Solution:
+    """Solve with multipliers first; where the start was not near, from the same start without them."""
+    inside = np.clip(start, program.lower, program.upper)
+    if multipliers is None:
+        return solve(program, inside, tolerance, most_iterations, progress=progress)
+    near = solve(program, inside, tolerance, min(most_iterations, WARM_ITERATIONS), multipliers, progress)
+    left = most_iterations - near.report.iterations
+    if near.solved or left <= 0:
+        return near
+    again = solve(program, inside, tolerance, left, progress=progress)
+    report = replace(
+        again.report,
+        iterations=near.report.iterations + again.report.iterations,
+        seconds=near.report.seconds + again.report.seconds,
+    )
+    return replace(again, report=report)
+
+
+def _fitting(multipliers: Multipliers | None, program: GaitProgram) -> Multipliers | None:
+    """Multipliers of a program with as many variables and rows; None for those of another mesh."""
+    if multipliers is None:
+        return None
+    sizes = multipliers.bounds.size, multipliers.rows.size
+    return multipliers if sizes == (program.lower.size, program.program.lower.size) else None
