@@ -74,4 +74,10 @@ class FallError(WorkError):
 
 
 class CertificateError(WorkError):
-    """A stability certificate is refused; the message says which condition failed."""
+    """A stability certificate is refused: the rows that were checked; the message lists those that fail."""
+
+    def __init__(self, rows: Sequence[Row]) -> None:
+        self.rows = tuple(rows)
+        failed = sorted((row for row in self.rows if row.violation > 0), key=lambda row: -row.violation)
+        listing = "\n".join(str(row) for row in failed)
+        super().__init__(f"no certificate: {len(failed)} conditions fail\n{listing}")

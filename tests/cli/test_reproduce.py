@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from amble.gait.files import load_gait
+from amble.report.certification import content_hash
 from amble.simulation import load_trace
 from tests.cli.run import exit_code
 
@@ -77,6 +78,11 @@ def test_the_orbit_is_stable_and_the_certificate_says_so(folder: Path, results: 
     assert radius["stabilized"] + radius["error"] < 0.5
     certificate = json.loads((folder / "certificate.json").read_text())
     assert certificate["spectral_radius"] == radius["stabilized"]
+    assert certificate["certified"] is True
+    assert certificate["gait"]["content_hash"] == content_hash(load_gait(folder / "gait.json"))
+    names = [row["name"] for row in certificate["conditions"] if row["holds"]]
+    assert len(names) == len(certificate["conditions"])
+    assert {"D1 rl friction", "D3 rr normal force", "contraction of the leading mode in simulation"} <= set(names)
     # on the orbit to begin with, so that only the integrator's error remains, tolerance 1e-8
     assert results["section_error"] < 1e-5
 

@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from amble.errors import CertificateError, InputError, Row
 from amble.stability import assess, certify, difference_check, fixed_point
-from amble.stability.certificate import lyapunov_matrix
+from amble.stability.certificate import lyapunov_matrix, row_tree
 from tests.hybrids import travelling
 
 GUESS = np.array([0.0, 0.3, 1.0, -2.0, 0.4])
@@ -38,11 +39,45 @@ def test_a_certificate_is_json(state: np.ndarray) -> None:
     assert tree["spectral_radius"] == certificate.radius
     assert tree["symmetries"][2]["name"] == "heading"
     assert tree["fixed_point"]["y"] == state[3]
+    names = [entry["name"] for entry in tree["conditions"]]
+    assert names == [row.name for row in certificate.rows()]
+    assert all(entry["holds"] for entry in tree["conditions"])
+
+
+def test_every_condition_is_in_the_certificate(state: np.ndarray) -> None:
+    above = Row("smallest normal force", 0.0, 2.0, np.inf)
+    certificate = certify(travelling(0.7, -1), state, [above])
+    assert certificate.rows()[-1] is above
+    expected = {"name": "smallest normal force", "lower": 0.0, "value": 2.0, "upper": None, "holds": True}
+    assert certificate.to_json()["conditions"][-1] == expected
+
+
+def test_a_value_that_is_no_number_does_not_hold() -> None:
+    tree = row_tree(Row("friction", 0.0, float("nan"), 0.6))
+    assert tree == {"name": "friction", "lower": 0.0, "value": None, "upper": 0.6, "holds": False}
+
+
+@pytest.mark.parametrize(("share", "holds"), [(0.91, True), (1.09, True), (0.89, False), (1.11, False)])
+def test_the_measured_contraction_is_checked_within_a_tenth(share: float, holds: bool, state: np.ndarray) -> None:
+    certificate = assess(travelling(0.7, -1), state)
+    assert certificate.mode is not None
+    assert certificate.mode.difference < 1e-3  # the start is 1e-5 away, and the map is smooth
+    changed = replace(certificate, mode=replace(certificate.mode, rate=share * certificate.radius))
+    (row,) = [row for row in changed.rows() if row.name == "contraction of the leading mode in simulation"]
+    assert (row.violation == 0.0) == holds
 
 
 def test_a_violated_condition_is_refused(state: np.ndarray) -> None:
     with pytest.raises(CertificateError, match=r"1 conditions fail\n.*smallest normal force"):
         certify(travelling(0.7, -1), state, [Row("smallest normal force", 0.0, -2.0, np.inf), Row("ok", 0, 1, 2)])
+
+
+def test_a_refusal_carries_every_row_that_was_checked(state: np.ndarray) -> None:
+    with pytest.raises(CertificateError) as caught:
+        certify(travelling(0.7, -1), state, [Row("friction", 0.0, 0.7, 0.6)])
+    violated = [row.name for row in caught.value.rows if row.violation > 0]
+    assert violated == ["friction"]
+    assert "spectral radius plus its error bar" in [row.name for row in caught.value.rows]
 
 
 def test_a_state_that_is_not_a_fixed_point_is_refused(state: np.ndarray) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +9,7 @@ import typer
 
 from amble.cli.console import wrote
 from amble.cli.progress import progress
+from amble.errors import WorkError
 
 if TYPE_CHECKING:
     from amble.gait import Gait
@@ -20,27 +20,29 @@ def certify(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Where to write the certificate (JSON).")] = Path("certificate.json"),
 ) -> None:
-    """Certify that a gait is exponentially stable; exits 1, without a file, where that is refused."""
+    """Certify that a gait is exponentially stable; where that is refused, exits 1 and the file says so with reasons."""
     from amble.gait.files import load_gait
 
-    wrote(write_certificate(certified(load_gait(gait)), out))
+    certified(load_gait(gait), out)
 
 
-def write_certificate(certificate: Certificate, out: Path) -> Path:
-    """Write a certificate as JSON and return the path."""
-    from amble.storage import atomic_write
+def certified(gait: Gait, out: Path) -> Certificate:
+    """Certify a gait, say what was found and write it.
 
-    return atomic_write(out, json.dumps(certificate.to_json(), indent=2, allow_nan=False) + "\n")
+    A refusal is written too, in the same place: an older certificate would look as if it belonged to this gait.
+    """
+    from amble.report.certification import certificate_tree, certify_gait, refusal_tree
+    from amble.report.results import write_results
 
-
-def certified(gait: Gait) -> Certificate:
-    """Certify a gait and say what was found."""
-    from amble.report.certification import certify_gait
-
-    with progress("certifying"):
-        certificate = certify_gait(gait)
+    try:
+        with progress("certifying"):
+            certificate = certify_gait(gait)
+    except WorkError as error:
+        wrote(write_results(out, refusal_tree(gait, error)))
+        raise
     typer.echo(
         f"spectral radius of the full cycle {certificate.radius:.6f} (error bar {certificate.error:.1e}), "
         f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
     )
+    wrote(write_results(out, certificate_tree(gait, certificate)))
     return certificate

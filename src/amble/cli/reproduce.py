@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from amble.cli.certify import certified, write_certificate
+from amble.cli.certify import certified
 from amble.cli.console import wrote
 from amble.cli.progress import progress
 from amble.cli.report import GAIT, TRACE
@@ -45,8 +45,7 @@ def reproduce(
     found = stabilized(first)
     wrote(save_gait(found.gait, out / GAIT))
     clock.lap("stabilisation")
-    certificate = certified(found.gait)
-    wrote(write_certificate(certificate, out / "certificate.json"))
+    certificate = certified(found.gait, out / "certificate.json")
     clock.lap("certificate")
     trace = _walk(found.gait, cycles, tolerance, 0.0, out / TRACE)
     beside = _walk(found.gait, cycles, tolerance, PERTURBATION, out / "perturbed.nc")
@@ -106,7 +105,7 @@ def _report(
 ) -> None:
     """Write the page, the figures and the numbers, and print the table; the second trace starts beside the orbit."""
     from amble.report.assembly import assemble, perturbed_results
-    from amble.report.certification import distances, initial_spectrum, measured_mode
+    from amble.report.certification import distances, initial_spectrum
     from amble.report.run import main_table, write_run
     from amble.report.stability_results import stability_of
 
@@ -120,7 +119,6 @@ def _report(
             certificate,
             near,
             apart,
-            measured_mode(found.gait, certificate),
             perturbed_results(found.gait, beside, PERTURBATION, SEED),
         )
         clock.lap("measurement")

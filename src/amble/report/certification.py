@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 
-from amble.errors import Row
+from amble.errors import CertificateError, Row, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
+from amble.gait.files import gait_tree
+from amble.gait.tree import dumps
 from amble.hybrid import HybridSystem
 from amble.metrics import ContactBounds, contact_report
 from amble.simulation import Trace, simulate
 from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
-from amble.stability.leading_mode import LeadingMode, leading_mode
+from amble.stability.certificate import row_tree
 from amble.stability.own_orbit import own_fixed_point
-from amble.types import Vector
+from amble.types import Json, Vector
+
+FORMAT = "amble certificate"
+
+CONTENT = ("robot", "pattern", "outputs", "law", "speed", "gains", "limits", "domains", "feedback")
+"""Parts of a gait that its certificate depends on."""
 
 TOLERANCE = 1e-10
 """Of the integrator, for the cycle on which contacts are looked at."""
@@ -54,6 +62,37 @@ def contact_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple
     return tuple(worst.row for worst in contact_report(trace, gait.pattern, bounds).rows)
 
 
-def measured_mode(gait: Gait, certificate: Certificate) -> LeadingMode:
-    """Measure the decay of the leading mode in simulation of the full cycle."""
-    return leading_mode(closed_loop(gait), certificate.state, certificate.spectrum)
+def certificate_tree(gait: Gait, certificate: Certificate) -> Json:
+    """Return a certificate with the gait that it belongs to as a tree for a JSON file."""
+    return {"format": FORMAT, "certified": True, "gait": identity(gait), **certificate.to_json()}
+
+
+def refusal_tree(gait: Gait, error: WorkError) -> Json:
+    """Return why a gait has no certificate as a tree for a JSON file: the reason and the rows, if it came to rows."""
+    rows = error.rows if isinstance(error, CertificateError) else ()
+    return {
+        "format": FORMAT,
+        "certified": False,
+        "gait": identity(gait),
+        "refused_because": str(error).splitlines(),
+        "conditions": [row_tree(row) for row in rows],
+    }
+
+
+def identity(gait: Gait) -> Json:
+    """Return which gait it is: the hash of its content, and the names that a reader knows it by; m/s."""
+    tree = gait_tree(gait)
+    return {
+        "content_hash": content_hash(gait),
+        "name": gait.pattern.name,
+        "robot": gait.robot.name,
+        "robot_hash": gait.robot.hash,
+        "law": tree["law"],
+        "speed_m_s": gait.speed,
+    }
+
+
+def content_hash(gait: Gait) -> str:
+    """Return the SHA-256 of what determines the closed loop and what it is held against; not of how it was found."""
+    tree = gait_tree(gait)
+    return hashlib.sha256(dumps({part: tree[part] for part in CONTENT}).encode()).hexdigest()

@@ -13,7 +13,6 @@ from amble.report.run import Stability
 from amble.report.stability_table import stability_table
 from amble.report.versions import computing_versions
 from amble.stability import Certificate, Spectrum
-from amble.stability.leading_mode import LeadingMode
 from amble.stability.stabilize import Stabilized
 from amble.types import Json, Vector, frozen
 
@@ -37,7 +36,6 @@ def stability_of(
     certificate: Certificate,
     near: Vector,
     apart: Vector,
-    mode: LeadingMode,
     perturbed: Json,
 ) -> Stability:
     """Collect the record.
@@ -48,10 +46,9 @@ def stability_of(
         certificate: of the stabilised gait, full cycle.
         near: distance to the fixed point at the entry of every cycle simulated from the orbit, (cycles + 1,).
         apart: the same, simulated from a perturbed start.
-        mode: the leading mode's decay, measured in simulation.
         perturbed: what ``assembly.perturbed_results`` says of the perturbed start.
     """
-    after = certificate.spectrum.multipliers
+    after, mode = certificate.spectrum.multipliers, certificate.mode
     results: Json = {
         "spectral_radius": {
             "initial": float(before.radius),
@@ -67,7 +64,9 @@ def stability_of(
         },
         "stability_versions": computing_versions(),
         "multipliers": {"initial": _pairs(before.multipliers), "stabilized": _pairs(after)},
-        "contraction": {"measured": mode.rate, "predicted": mode.predicted, "relative_difference": mode.difference},
+        "contraction": None
+        if mode is None
+        else {"measured": mode.rate, "predicted": mode.predicted, "relative_difference": mode.difference},
         "section_error": float(near[-1]),
         "section_error_perturbed": float(apart[-1]),
         "section_distances": [float(value) for value in apart],

@@ -28,8 +28,8 @@ def stability_table(results: Mapping[str, Any]) -> Table:
         ("spectral radius after stabilisation", number(float(radius["stabilized"]))),
         ("its error bar", number(float(radius["error"]), 2)),
     ]
-    if "contraction" in results:
-        found = results["contraction"]
+    found = results.get("contraction")  # None where the mode decays too fast to be measured
+    if found is not None:
         rows += [
             ("leading mode, contraction predicted", number(float(found["predicted"]))),
             ("leading mode, contraction measured in simulation", number(float(found["measured"]))),

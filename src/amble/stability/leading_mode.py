@@ -18,7 +18,9 @@ from amble.stability.group import closest_shift
 from amble.stability.spectrum import Spectrum
 from amble.types import Vector
 
-SIZE = 1e-5
+SIZE, SMALLEST = 1e-5, 1e-9
+"""The start's distance from the orbit, and how small the mode may become; the integrator's error is far below that."""
+
 CYCLES = 3
 TOLERANCE = 1e-12
 
@@ -30,7 +32,7 @@ class LeadingMode:
     Attributes:
         rate: factor by which the leading mode shrinks in a simulated cycle, geometric mean.
         predicted: the spectral radius.
-        cycles: cycles simulated.
+        cycles: cycles simulated, fewer where the mode decays fast.
     """
 
     rate: float
@@ -43,22 +45,27 @@ class LeadingMode:
         return abs(self.rate - self.predicted) / self.predicted
 
 
-def leading_mode(system: HybridSystem, state: Vector, spectrum: Spectrum, cycles: int = CYCLES) -> LeadingMode:
-    """Simulate a start moved along the leading mode and measure its decay.
+def leading_mode(system: HybridSystem, state: Vector, spectrum: Spectrum, cycles: int = CYCLES) -> LeadingMode | None:
+    """Simulate a start moved along the leading mode and measure its decay; None where a cycle leaves too little of it.
 
     Args:
         system: the system.
         state: the fixed point, (n_x,).
         spectrum: of the Poincare map there.
-        cycles: how many cycles.
+        cycles: the most cycles.
 
     Raises:
         FallError: the motion does not come back.
     """
-    values, right = np.linalg.eig(spectrum.matrix)
+    from scipy.linalg import eig
+
+    cycles = min(cycles, _visible(spectrum.radius))
+    if not cycles:
+        return None
+    values, lefts, rights = eig(spectrum.matrix, left=True)
     leading = int(np.argmax(np.abs(values)))
-    left = np.linalg.inv(right)[leading]
-    direction = np.real(right[:, leading])
+    left = lefts[:, leading].conj()
+    direction = np.real(rights[:, leading])
     start = state + SIZE * spectrum.basis @ (direction / np.linalg.norm(direction))
     trace = simulate(system, start, cycles, TOLERANCE, samples=2)
     if not trace.completed:
@@ -67,3 +74,10 @@ def leading_mode(system: HybridSystem, state: Vector, spectrum: Spectrum, cycles
     sizes = [abs(left @ (spectrum.basis.T @ deviation)) for deviation in deviations]
     rate = float((sizes[-1] / sizes[0]) ** (1.0 / cycles))
     return LeadingMode(rate, float(np.abs(values[leading])), cycles)
+
+
+def _visible(radius: float) -> int:
+    """After how many cycles the mode is still to be seen; as many as wanted where it does not decay."""
+    if radius >= 1.0:
+        return CYCLES
+    return int(np.log(SMALLEST / SIZE) / np.log(radius)) if radius > 0.0 else 0
