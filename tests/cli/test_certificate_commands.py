@@ -1,0 +1,75 @@
+"""``amble check`` and ``amble certify`` on a stabilised amble of ASTRo that ``amble reproduce`` wrote."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.run import exit_code
+
+GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
+
+
+@pytest.fixture(scope="module")
+def slippery(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same gait where the ground gives less friction than the motion uses, 0.594."""
+    tree = json.loads(GAIT.read_text())
+    assert tree["limits"]["friction"]["value"] > 0.5
+    tree["limits"]["friction"]["value"] = 0.5
+    path = tmp_path_factory.mktemp("gait") / "slippery.json"
+    path.write_text(json.dumps(tree))
+    return path
+
+
+def test_the_gait_holds(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("check", str(GAIT)) == 0
+    assert "rows hold at" in capsys.readouterr().out
+
+
+def test_the_gait_is_certified(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "certificate.json"
+    assert exit_code("certify", str(GAIT), "--out", str(out)) == 0
+    assert f"wrote {out}" in capsys.readouterr().out
+    tree = json.loads(out.read_text())
+    assert tree["certified"] is True
+    assert tree["spectral_radius"] + tree["spectral_radius_error"] < 0.5
+    assert all(row["holds"] for row in tree["conditions"])
+
+
+def test_friction_that_the_motion_exceeds_is_refused_with_the_row(
+    slippery: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "certificate.json"
+    out.write_text('{"certified": true}')
+    assert exit_code("certify", str(slippery), "--out", str(out)) == 1
+    captured = capsys.readouterr()
+    assert "error: no certificate" in captured.err
+    assert "D2 fr friction" in captured.err
+    assert "spectral radius of the full cycle" not in captured.out
+    tree = json.loads(out.read_text())
+    assert tree["certified"] is False
+    failed = {row["name"]: row for row in tree["conditions"] if not row["holds"]}
+    assert all(name.endswith("friction") for name in failed)
+    assert failed["D2 fr friction"]["upper"] == 0.5
+    assert failed["D2 fr friction"]["value"] == pytest.approx(0.594, abs=1e-3)  # as `amble reproduce` reports it
+
+
+def test_friction_that_the_motion_exceeds_fails_the_check(slippery: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("check", str(slippery)) == 1
+    captured = capsys.readouterr()
+    assert "friction" in captured.out
+    assert "the gait does not hold" in captured.err
+
+
+def test_a_gait_without_an_orbit_is_refused_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tree = json.loads(GAIT.read_text())
+    tree["feedback"]["start"]["value"][2] += 1.0  # a metre above the ground: there is nothing to step on
+    (tmp_path / "gait.json").write_text(json.dumps(tree))
+    out = tmp_path / "certificate.json"
+    assert exit_code("certify", str(tmp_path / "gait.json"), "--out", str(out)) == 1
+    last = capsys.readouterr().err.splitlines()[-1]
+    tree = json.loads(out.read_text())
+    assert tree["certified"] is False
+    assert last.removeprefix("error: ") in tree["refused_because"]
