@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from amble.errors import InputError
 from amble.metrics.quadrature import segment_bounds, splines
@@ -79,3 +80,17 @@ def test_one_sample_or_times_that_stand_still_are_refused() -> None:
         splines(np.array([0.0, 1.0, 1.0]), np.array([0, 0, 1]), np.zeros((3, 1)))
     with pytest.raises(InputError, match="do not ascend"):
         splines(np.array([0.0, 1.0, 1.0]), np.zeros(3), np.zeros((3, 1)))
+
+
+def test_evenly_spaced_segments_are_splines_of_their_own() -> None:
+    """All segments of as many samples are interpolated at once; scipy's splines, one by one, are the oracle."""
+    random = np.random.default_rng(4)
+    counts, spacings = [7, 5, 7, 9, 2, 3], [0.1, 0.2, 0.03, 0.05, 0.4, 0.1]
+    times = np.concatenate([100.0 + step * np.arange(n) for n, step in zip(counts, spacings, strict=True)])
+    segments, values = np.repeat(np.arange(6), counts), random.normal(size=(sum(counts), 2))
+    expected = np.zeros(2)
+    for number in range(6):
+        t, y = times[segments == number], values[segments == number]
+        expected += CubicSpline(t, y).integrate(t[0], t[-1])
+    # clocks near 100 round at 1e-14, a share of 1e-12 of the spacing
+    np.testing.assert_allclose(splines(times, segments, values).integral(), expected, atol=1e-11)

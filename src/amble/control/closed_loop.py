@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 
@@ -63,7 +64,7 @@ def stance_loops(
         outputs: number of outputs of each stance.
         order: order of the reference curves; the parameters are packed as in ``Feedforward.packed``.
     """
-    sources: dict[str, list[ca.Function]] = {}
+    sources: dict[str, Sequence[ca.Function]] = {}
     derivatives: dict[str, tuple[str, ...]] = {}
     for switch, count in zip(switches, outputs, strict=True):
         name = switch.source.name
@@ -75,9 +76,10 @@ def stance_loops(
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
 
 
+@lru_cache(maxsize=32)
 def _functions(
     robot: Robot, law: AllocationLaw, switch: Switch, outputs: int, order: int
-) -> tuple[list[ca.Function], list[ca.Function]]:
+) -> tuple[tuple[ca.Function, ...], tuple[ca.Function, ...]]:
     """Write the functions of one stance as expressions: those of the flow, and those of the event that ends it."""
     feet = switch.source.feet
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
@@ -94,13 +96,13 @@ def _functions(
     guard, after = _guard(robot, switch, q, loop), _reset(robot, switch, q, v)
     symbols = [t, x, p]
     slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}
-    flow = [
+    flow = (
         _function("field", symbols, {"rate": ca.vertcat(v, loop.acceleration)}),
         _function("variation", symbols, slopes),
         _function("signals", symbols, signals),
         _function("alive", symbols, {"margin": margin}),
-    ]
-    events = [_function("guard", symbols, {"guard": guard}), _function("reset", symbols, {"state": after})]
+    )
+    events = _function("guard", symbols, {"guard": guard}), _function("reset", symbols, {"state": after})
     return flow, events
 
 

@@ -45,7 +45,10 @@ class Redundancy:
 
 
 class AllocationLaw(ABC):
-    """One rule, used three ways: rows of the gait problem, closed form in the controller, entry of a comparison."""
+    """One rule, used three ways: rows of the gait problem, closed form in the controller, entry of a comparison.
+
+    A law is immutable and hashable: what is built for one is built once.
+    """
 
     @property
     @abstractmethod

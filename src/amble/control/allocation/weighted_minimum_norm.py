@@ -35,6 +35,10 @@ class WeightedMinimumNorm(AllocationLaw):
             if not (isfinite(weight) and weight > 0.0):
                 raise InputError(f"the weight of joint '{joint}' is {weight}; it must be finite and positive")
 
+    def __hash__(self) -> int:
+        """Laws key what is built for them; a mapping has no hash of its own."""
+        return hash(frozenset(self.weights.items()))
+
     @property
     def name(self) -> str:
         """Name in files and on the command line."""

@@ -106,6 +106,7 @@ def save(figure: Figure, stem: str | Path) -> tuple[Path, Path]:
     with paper_style():
         with replacing(png) as temporary:
             figure.savefig(temporary, metadata={"Software": None})
+        figure.set_layout_engine("none")  # the second file keeps the places that were found for the first
         with replacing(pdf) as temporary:
             figure.savefig(temporary, metadata={"CreationDate": None})
     return png, pdf
