@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from amble.control.feedforward import unseen_directions
+from amble.simulation.bound import bind
 from amble.stability.orbit import PANELS, STAGES, DomainOrbit, GaussRule, Orbit
 from amble.types import Matrix, NodeValues, Vector
 
@@ -145,10 +145,12 @@ def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transpor
     parameters = np.append(packed, unseen_directions(weights).ravel(order="F"))
     size, count = domain.states.shape[-1], PANELS * STAGES
     step = domain.duration / PANELS
-    jacobian, response, error = domain.variation.map(count)(
-        domain.clock.reshape(1, -1), domain.states.reshape(count, size).T, ca.repmat(ca.DM(parameters), 1, count)
+    found = bind(domain.variation, parameters).along(domain.clock.ravel(), domain.states.reshape(count, size))
+    jacobian, response, error = (
+        flat.reshape(count, *reversed(domain.variation.size_out(number))).transpose(0, 2, 1)
+        for number, flat in enumerate(found)
     )
-    fields = _stacked(jacobian, size, size, count).reshape(PANELS, STAGES, size, size)
+    fields = jacobian.reshape(PANELS, STAGES, size, size)
     # (1 - h A (x) F) Z = 1 (x) I in every panel
     coupling = step * np.einsum("ij,pjab->piajb", RULE.integration, fields).reshape(PANELS, STAGES * size, -1)
     right = np.tile(np.eye(size), (STAGES, 1))
@@ -159,19 +161,13 @@ def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transpor
     for panel in range(PANELS):
         until[panel] = inner[panel] @ whole
         whole = across[panel] @ whole
-    coordinates = error.shape[0]
     return Transport(
         whole,
         until.reshape(count, size, size),
-        _stacked(response, response.shape[0], coordinates, count) @ np.linalg.pinv(weights),
-        _stacked(error, coordinates, size, count),
+        response @ np.linalg.pinv(weights),
+        error,
         np.tile(step * RULE.weights, PANELS),
     )
-
-
-def _stacked(blocks: ca.DM, rows: int, columns: int, count: int) -> NDArray[np.float64]:
-    """Split matrices that stand side by side: (count, rows, columns)."""
-    return np.asarray(blocks).reshape(rows, count, columns).transpose(1, 0, 2)
 
 
 def _sandwich(left: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
