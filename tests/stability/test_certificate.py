@@ -80,6 +80,13 @@ def test_a_refusal_carries_every_row_that_was_checked(state: np.ndarray) -> None
     assert "spectral radius plus its error bar" in [row.name for row in caught.value.rows]
 
 
+def test_a_certificate_tells_what_it_computes(state: np.ndarray) -> None:
+    told: list[str] = []
+    certify(travelling(0.7, -1), state, progress=told.append)
+    assert told[:3] == [f"variational equations, tolerance {tolerance:g}" for tolerance in (1e-8, 1e-10, 1e-12)]
+    assert told[3] == "differences, step 0.001, state 1 of 5"
+
+
 def test_a_state_that_is_not_a_fixed_point_is_refused(state: np.ndarray) -> None:
     with pytest.raises(CertificateError, match="residual of the fixed point"):
         certify(travelling(0.7, -1), state + np.array([0, 1e-3, 0, 0, 0]))

@@ -34,7 +34,7 @@ def stabilized(walking_gait: Gait) -> Stabilized:
 @pytest.fixture(scope="module")
 def search(stabilized: Stabilized) -> _Search:
     assert stabilized.gait.feedback is not None
-    return _Search.of(stabilized.gait, ("roll", "pitch", "yaw"))
+    return _Search.of(stabilized.gait, ("roll", "pitch", "yaw"), [].append)
 
 
 @pytest.fixture(scope="module")
@@ -147,11 +147,14 @@ def test_simulated_contraction_agrees_with_the_radius(stabilized: Stabilized) ->
 
 
 def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
-    """The error says how far it came and which outputs limit it."""
+    """The error says how far it came and which outputs limit it; on the way it is told what is being done."""
+    told: list[str] = []
     with pytest.raises(NotStabilizedError, match=r"best spectral radius .* free: fl_knee .* were not: \w+") as caught:
-        stabilization(walking_gait, free=("fl_knee",), most_steps=1)
+        stabilization(walking_gait, free=("fl_knee",), most_steps=1, doing=told.append)
     best = float(str(caught.value).split("cycle ")[1].split(" ")[0])
     assert 1.0 <= best < 12.0
+    assert told[0] == "orbit of the closed loop"
+    assert told[1].startswith("evaluation 1 of 60, spectral radius")
 
 
 def test_matrix_inequalities_reduce_the_radius(walking_gait: Gait) -> None:

@@ -35,8 +35,8 @@ def certified(gait: Gait, out: Path) -> Certificate:
     from amble.report.results import write_results
 
     try:
-        with progress("certifying"):
-            certificate = certify_gait(gait)
+        with progress("certifying") as update:
+            certificate = certify_gait(gait, update)
     except WorkError as error:
         wrote(write_results(out, refusal_tree(gait, error)))
         raise

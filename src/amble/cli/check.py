@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from amble.cli.progress import progress
 from amble.errors import WorkError
 
 if TYPE_CHECKING:
@@ -24,7 +25,9 @@ def check(
     """Check dynamics, contacts, outputs, impacts, periodicity and limits of a gait, between its nodes too."""
     from amble.gait.check import check as recompute
 
-    report = recompute(read(gait, robot), grid)
+    walker = read(gait, robot)
+    with progress("checking"):
+        report = recompute(walker, grid)
     if every:
         for finding in report.findings:
             typer.echo(str(finding))

@@ -9,6 +9,7 @@ import typer
 
 from amble.cli import laws
 from amble.cli.console import wrote
+from amble.cli.progress import progress
 
 
 def compare(
@@ -39,9 +40,9 @@ def compare(
 
     walker = load_gait(gait)
     chosen = labelled([laws.parse_law(word, walker.pattern) for word in law]) if law else every_law(walker)
-    found = [compare_allocations(walker, chosen)]
-    if trace is not None:
-        found.append(compare_allocations(walker, chosen, samples_of_trace(load_trace(trace), walker.pattern)))
+    motions = [None] if trace is None else [None, samples_of_trace(load_trace(trace), walker.pattern)]
+    with progress("comparing"):
+        found = [compare_allocations(walker, chosen, samples) for samples in motions]
     for metrics in found:
         typer.echo(allocation_table(metrics).text())
     if out is not None:

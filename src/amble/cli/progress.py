@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from amble.cli.console import say
 
 PAUSE = 5.0
-"""Seconds between plain lines; the first comes at once."""
+"""Seconds between plain lines; the task and the first of them come at once."""
 
 Update = Callable[[str], None]
 
@@ -24,6 +24,7 @@ def progress(task: str) -> Iterator[Update]:
         with Console(stderr=True).status(task) as status:
             yield lambda text: status.update(f"{task}: {text}")
         return
+    say(f"{task} ...")
     last = -PAUSE
 
     def update(text: str) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from amble.cli.console import wrote
+from amble.cli.progress import progress
 
 GAIT, TRACE, RESULTS = "gait.json", "trace.nc", "results.json"
 
@@ -27,8 +28,12 @@ def report(
     gait, trace = load_gait(folder / GAIT), load_trace(folder / TRACE)
     settings = earlier.get("settings") or {"tolerance of the simulation": f"{trace.tolerance:g}"}
     seconds = earlier.get("seconds") or {"simulation": trace.seconds}
-    run = assemble(gait, trace, settings, seconds, stability_from(earlier))
-    for path in write_run(out or folder, run):
+    known = stability_from(earlier)
+    with progress("measuring"):
+        run = assemble(gait, trace, settings, seconds, known)
+    with progress("drawing"):
+        written = write_run(out or folder, run)
+    for path in written:
         wrote(path)
     typer.echo(main_table(run).text())
 

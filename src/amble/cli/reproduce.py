@@ -123,7 +123,9 @@ def _report(
         )
         clock.lap("measurement")
         run = assemble(found.gait, trace, settings, clock.laps, stability)
-    for path in write_run(out, run):
+    with progress("drawing"):
+        written = write_run(out, run)
+    for path in written:
         wrote(path)
     typer.echo(main_table(run).text())
 

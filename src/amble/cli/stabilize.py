@@ -56,6 +56,7 @@ def stabilized(
             lambda step: update(
                 f"step {step.number}, spectral radius {step.radius:.4g}, step length {step.length:.2g}"
             ),
+            update,
         )
     typer.echo(
         f"spectral radius of the full cycle {found.initial:.4g} -> {found.radius:.4g} in {len(found.steps) - 1} "

@@ -14,7 +14,7 @@ from amble.hybrid import HybridSystem
 from amble.metrics import ContactBounds, contact_report
 from amble.simulation import Trace, simulate
 from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
-from amble.stability.certificate import row_tree
+from amble.stability.certificate import Progress, row_tree
 from amble.stability.own_orbit import own_fixed_point
 from amble.types import Json, Vector
 
@@ -27,17 +27,23 @@ TOLERANCE = 1e-10
 """Of the integrator, for the cycle on which contacts are looked at."""
 
 
-def certify_gait(gait: Gait) -> Certificate:
+def certify_gait(gait: Gait, progress: Progress | None = None) -> Certificate:
     """Certify the full cycle of a gait's closed loop; everything is computed again from the gait.
+
+    Args:
+        gait: the gait.
+        progress: called with what is being computed, in words.
 
     Raises:
         CertificateError: the radius with its error bar is not below 1, or a contact is violated on the orbit.
         FallError: the motion does not come back.
         NotSolvedError: the closed loop has no fixed point near the gait.
     """
+    tell = progress or (lambda _: None)
+    tell("closed loop")
     system = closed_loop(gait)
-    state = own_fixed_point(gait)[1].state
-    return certify(system, state, contact_conditions(gait, system, state))
+    found = own_fixed_point(gait, lambda step, residual: tell(f"fixed point, step {step}, residual {residual:.1e}"))[1]
+    return certify(system, found.state, contact_conditions(gait, system, found.state), progress=progress)
 
 
 def initial_spectrum(gait: Gait) -> Spectrum:

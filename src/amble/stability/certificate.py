@@ -9,7 +9,7 @@ coordinates that suit A (``pseudospectrum``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
@@ -32,6 +32,9 @@ LARGEST_DISAGREEMENT = 1e-4
 LARGEST_DEFECT = 1e-6
 LARGEST_DIFFERENCE = 0.1
 """How far the contraction that a simulation shows may be from the leading multiplier, relative."""
+
+Progress = Callable[[str], None]
+"""Called with what is being computed, in words."""
 
 
 @dataclass(frozen=True)
@@ -126,17 +129,28 @@ class Certificate:
 
 
 def assess(
-    system: HybridSystem, state: Vector, tolerances: Sequence[float] = TOLERANCES, longest: float = LONGEST
+    system: HybridSystem,
+    state: Vector,
+    tolerances: Sequence[float] = TOLERANCES,
+    longest: float = LONGEST,
+    progress: Progress | None = None,
 ) -> Certificate:
     """Compute everything that a certificate holds, without judging it; see ``certify``."""
+    tell = progress or (lambda _: None)
     entry = np.array(state, dtype=np.float64).reshape(-1)
     variational = prepare_variational(system)
     swept = []
     for tolerance in sorted(set(tolerances), reverse=True):
+        tell(f"variational equations, tolerance {tolerance:g}")
         there = variational(entry, tolerance, longest)
         swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
     _, there, best = swept[-1]
-    differences = difference_check(system, entry, longest=longest)
+    differences = difference_check(
+        system,
+        entry,
+        longest=longest,
+        progress=lambda step, done, of: tell(f"differences, step {step:g}, state {done} of {of}"),
+    )
     second = spectrum(system, entry, there.image, differences.matrix)
     previous = swept[max(len(swept) - 2, 0)][2]
     doubts = (best.matrix - second.matrix, best.matrix - previous.matrix)
@@ -165,6 +179,7 @@ def certify(
     conditions: Sequence[Row] = (),
     tolerances: Sequence[float] = TOLERANCES,
     longest: float = LONGEST,
+    progress: Progress | None = None,
 ) -> Certificate:
     """Certify that the orbit through a fixed point is exponentially stable.
 
@@ -174,6 +189,7 @@ def certify(
         conditions: what else must hold on the orbit (contacts, limits), as rows.
         tolerances: of the integrator; the last, tightest one counts, the sweep goes into the error bar.
         longest: the longest that one domain may last, s.
+        progress: called with what is being computed, in words.
 
     Raises:
         CertificateError: where the radius plus its error bar is not below 1, the two Jacobians disagree, the state is
@@ -181,7 +197,7 @@ def certify(
             says, or a condition is violated; the message lists the rows.
         FallError: where the motion does not come back.
     """
-    certificate = replace(assess(system, state, tolerances, longest), conditions=tuple(conditions))
+    certificate = replace(assess(system, state, tolerances, longest, progress), conditions=tuple(conditions))
     rows = certificate.rows()
     if any(row.violation > 0 for row in rows):
         raise CertificateError(rows)

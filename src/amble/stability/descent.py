@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
+
 import numpy as np
 
 from amble.stability.orbit import Orbit
@@ -19,6 +22,9 @@ GROWTH_PENALTY = 1.0
 cycles. On ASTRo's amble, after 120 evaluations: weight 1 full-cycle radius 0.367 and half-map norm 39, weight 0.3 0.326
 and 72, weight 0.1 0.326 and 79."""
 
+Progress = Callable[[int, float], None]
+"""Called after every evaluation with its number and the spectral radius of the return map."""
+
 
 def smooth_radius(matrix: Matrix, sharpness: float = SHARPNESS) -> tuple[float, Matrix]:
     """Return log (sum_i |lambda_i|^p)^(1/p), p the sharpness, and its slope with respect to the matrix.
@@ -35,12 +41,18 @@ def smooth_radius(matrix: Matrix, sharpness: float = SHARPNESS) -> tuple[float, 
     return float(np.log(largest) + np.log(shares.sum()) / sharpness), slope
 
 
-def descent_step(orbit: Orbit, weighting: Weighting, theta: Vector, evaluations: int) -> Vector:
+def descent_step(
+    orbit: Orbit, weighting: Weighting, theta: Vector, evaluations: int, progress: Progress | None = None
+) -> Vector:
     """Improve theta by a bounded number of evaluations of L-BFGS on the smooth radius plus the penalties."""
     from scipy.optimize import minimize
 
+    numbers = itertools.count(1)
+
     def objective(trial: Vector) -> tuple[float, Vector]:
         here = weighted_map(orbit, weighting, trial)
+        if progress is not None:
+            progress(next(numbers), here.radius)
         value, slope = smooth_radius(here.matrix)
         squares = float(np.sum(here.matrix**2))
         value += SIZE_PENALTY * float(trial @ trial) + 0.5 * GROWTH_PENALTY * np.log(squares)

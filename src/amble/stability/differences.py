@@ -9,7 +9,7 @@ where the noise takes over or nothing is left to gain.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,9 @@ STEPS = (1e-3, 1e-4, 1e-5)
 TOLERANCE = 1e-12
 GOOD_ENOUGH = 1e-9
 """Relative distance of two neighbours in the sweep below which no smaller step is tried."""
+
+Progress = Callable[[float, int, int], None]
+"""Called after every state with the step, the states done and all states."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,7 @@ def difference_check(
     steps: Sequence[float] = STEPS,
     tolerance: float = TOLERANCE,
     longest: float = LONGEST,
+    progress: Progress | None = None,
 ) -> Differences:
     """Differentiate the Poincare map by central differences of order 4.
 
@@ -59,6 +63,7 @@ def difference_check(
             larger ones agree well or the distances begin to grow.
         tolerance: of the integrator.
         longest: the longest that one domain may last, s.
+        progress: called after every state with the step, the states done and all states.
 
     Raises:
         FallError: where the motion comes back for fewer than two neighbouring steps.
@@ -72,7 +77,7 @@ def difference_check(
     reason = ""
     for step in ordered:
         try:
-            matrices.append(_central(system, state, step, tolerance, longest))
+            matrices.append(_central(system, state, step, tolerance, longest, progress))
         except FallError as error:
             matrices.append(None)
             reason = str(error)
@@ -95,8 +100,10 @@ def _settled(newest: Matrix | None, distances: Sequence[float]) -> bool:
     return grows or distances[-1] <= GOOD_ENOUGH * float(np.linalg.norm(newest, 2))
 
 
-def _central(system: HybridSystem, state: Vector, step: float, tolerance: float, longest: float) -> Matrix:
-    columns = []
+def _central(
+    system: HybridSystem, state: Vector, step: float, tolerance: float, longest: float, progress: Progress | None
+) -> Matrix:
+    columns: list[Vector] = []
     for direction in np.eye(system.state_size):
         near, far = (
             poincare_map(system, state + size * direction, tolerance, longest)
@@ -104,6 +111,8 @@ def _central(system: HybridSystem, state: Vector, step: float, tolerance: float,
             for size in (step, 2 * step)
         )
         columns.append((8 * near - far) / (12 * step))
+        if progress is not None:
+            progress(step, len(columns), system.state_size)
     return np.column_stack(columns)
 
 

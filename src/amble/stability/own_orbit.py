@@ -17,7 +17,7 @@ from amble.gait.closed_loop import REFERENCE_ORDER, closed_loop, start_state
 from amble.hybrid import HybridSystem
 from amble.maths.bezier import fit
 from amble.simulation import simulate
-from amble.stability.fixed_point import FixedPoint, fixed_point
+from amble.stability.fixed_point import FixedPoint, Progress, fixed_point
 
 FIT_SAMPLES = 101
 FIT_TOLERANCE = 1e-12
@@ -33,15 +33,19 @@ def straight(system: HybridSystem, mirrored: bool) -> HybridSystem:
     return HybridSystem(system.domains, system.transitions, kept, system.state_names)
 
 
-def own_fixed_point(gait: Gait) -> tuple[HybridSystem, FixedPoint]:
+def own_fixed_point(gait: Gait, progress: Progress | None = None) -> tuple[HybridSystem, FixedPoint]:
     """Return the closed loop of the solved stances of a gait and its fixed point nearest to the gait's start.
+
+    Args:
+        gait: the gait.
+        progress: called after every Newton step with its number and the residual.
 
     Raises:
         FallError: the closed loop does not return from the gait's start.
         NotSolvedError: Newton does not converge.
     """
     system = straight(closed_loop(gait, half=True), gait.pattern.mirrored)
-    return system, fixed_point(system, start_state(gait))
+    return system, fixed_point(system, start_state(gait), progress=progress)
 
 
 def with_own_orbit(gait: Gait) -> Gait:

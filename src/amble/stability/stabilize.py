@@ -85,6 +85,7 @@ class Stabilized:
 
 
 Progress = Callable[[Step], None]
+Doing = Callable[[str], None]
 
 
 class NotStabilizedError(WorkError):
@@ -110,6 +111,7 @@ def stabilization(
     target: float = 0.2,
     most_steps: int = 25,
     progress: Progress | None = None,
+    doing: Doing | None = None,
 ) -> Stabilized:
     """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d).
 
@@ -121,6 +123,7 @@ def stabilization(
         target: stop at this spectral radius of a whole gait cycle.
         most_steps: stop after so many steps.
         progress: called with every accepted step.
+        doing: called between them with what is being computed, in words.
 
     Raises:
         UnknownNameError: a free coordinate or the method does not exist.
@@ -133,7 +136,9 @@ def stabilization(
     if not 0.0 < target < 1.0:
         raise InputError(f"the target radius is {target:g}; a stable orbit has a radius between 0 and 1")
     began = time.perf_counter()
-    search = _Search.of(with_own_orbit(gait), free)
+    tell = doing or (lambda _: None)
+    tell("orbit of the closed loop")
+    search = _Search.of(with_own_orbit(gait), free, tell)
     theta, length = np.zeros(search.weighting.size), LONGEST_STEP
     steps = [search.accepted(0, theta, 0.0, began)]
     _tell(progress, steps[-1])
@@ -173,21 +178,27 @@ class _Search:
     orbit: Orbit
     weighting: Weighting
     power: int
+    tell: Doing
 
     @classmethod
-    def of(cls, gait: Gait, free: Sequence[str]) -> _Search:
+    def of(cls, gait: Gait, free: Sequence[str], tell: Doing) -> _Search:
         system, found = own_fixed_point(gait)
         durations = dict(zip((d.name for d in system.domains), found.monodromy.durations, strict=True))
         orbit = sample_orbit(system, found.state, _loops(gait), durations)
-        return cls(gait, orbit, _weighting(gait, free), 2 if gait.pattern.mirrored else 1)
+        return cls(gait, orbit, _weighting(gait, free), 2 if gait.pattern.mirrored else 1, tell)
 
     def evaluate(self, theta: Vector) -> WeightedMap:
         return weighted_map(self.orbit, self.weighting, theta)
 
     def propose(self, method: Method, theta: Vector, length: float) -> Vector:
         if method == "bilinear":
+            self.tell("matrix inequalities")
             return theta + bilinear_step(self.evaluate(theta), length)[0]
-        best = descent_step(self.orbit, self.weighting, theta, DESCENT_EVALUATIONS)
+
+        def show(number: int, radius: float) -> None:
+            self.tell(f"evaluation {number} of {DESCENT_EVALUATIONS}, spectral radius {radius**self.power:.4g}")
+
+        best = descent_step(self.orbit, self.weighting, theta, DESCENT_EVALUATIONS, show)
         return theta + min(length, 1.0) * (best - theta)
 
     def gains(self, theta: Vector, proposed: Vector) -> bool:
