@@ -7,8 +7,10 @@ import subprocess
 import sys
 
 import pytest
+from typer.main import get_command
 
 from amble.cli import robots
+from amble.cli.app import app
 from amble.errors import InputError, NotSolvedError, Row
 from tests.cli.run import exit_code
 
@@ -18,12 +20,22 @@ def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
     assert "robots" in capsys.readouterr().out
 
 
+def test_every_command_that_writes_takes_out() -> None:
+    """As README.md says."""
+    commands = get_command(app).commands
+    without = {name for name, command in commands.items() if "out" not in {each.name for each in command.params}}
+    assert without == {"check", "robots"}
+
+
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("--version") == 0
     assert capsys.readouterr().out.startswith("amble 0.")
 
 
-@pytest.mark.parametrize("arguments", [("nonsense",), ("robots", "--nonsense"), ("robots", "extra")])
+BAD_USAGE = [("nonsense",), ("robots", "--nonsense"), ("robots", "extra"), ("reproduce", "--method", "magic")]
+
+
+@pytest.mark.parametrize("arguments", BAD_USAGE)
 def test_bad_usage_exits_2(arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code(*arguments) == 2
     assert "Error:" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from amble.cli.console import wrote
 from amble.cli.progress import progress
 from amble.cli.report import GAIT, TRACE
 from amble.cli.simulate import walk
-from amble.cli.stabilize import BASE, STEPS, TARGET, stabilized
+from amble.cli.stabilize import BASE, METHOD_HELP, STEPS, TARGET, Method, stabilized
 from amble.cli.synthesize import synthesized
 from amble.errors import FallError
 
@@ -34,6 +34,7 @@ def reproduce(
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to simulate.")] = 500,
     tolerance: Annotated[float, typer.Option(help="Tolerance of the simulation.")] = 1e-8,
     spec: Annotated[Path | None, typer.Option(help="Specification.", show_default="the paper's amble")] = None,
+    method: Annotated[Method, typer.Option(help=METHOD_HELP)] = Method.DESCENT,
 ) -> None:
     """Synthesise, stabilise, certify, simulate, and print the paper's Table 1 beside ours."""
     from amble.gait.files import save_gait
@@ -42,7 +43,7 @@ def reproduce(
     first, settings = _first(spec)
     wrote(save_gait(first, out / "synthesized.json"))
     clock.lap("synthesis")
-    found = stabilized(first)
+    found = stabilized(first, method=method)
     wrote(save_gait(found.gait, out / GAIT))
     clock.lap("stabilisation")
     certificate = certified(found.gait, out / "certificate.json")

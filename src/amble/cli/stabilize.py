@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,11 +15,20 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from amble.gait import Gait
-    from amble.stability.stabilize import Method, Stabilized
+    from amble.stability.stabilize import Stabilized
 
 BASE = ("roll", "pitch", "yaw")
-DESCENT = "descent"
 TARGET, STEPS = 0.2, 25
+
+
+class Method(StrEnum):
+    """What chooses the weights."""
+
+    DESCENT = "descent"
+    BILINEAR = "bilinear"
+
+
+METHOD_HELP = "What chooses the weights: descent, or bilinear for the paper's matrix inequalities."
 
 
 def stabilize(
@@ -26,7 +36,7 @@ def stabilize(
     free: Annotated[
         list[str] | None, typer.Option(help="Coordinate with free weights.", show_default="roll, pitch, yaw")
     ] = None,
-    method: Annotated[str, typer.Option(help="descent, or bilinear (the paper's matrix inequalities).")] = DESCENT,
+    method: Annotated[Method, typer.Option(help=METHOD_HELP)] = Method.DESCENT,
     target: Annotated[float, typer.Option(help="Stop at this spectral radius of a whole cycle.")] = TARGET,
     steps: Annotated[int, typer.Option(min=1, help="The most steps.")] = STEPS,
     out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
@@ -39,18 +49,16 @@ def stabilize(
 
 
 def stabilized(
-    gait: Gait, free: Sequence[str] = BASE, method: str = DESCENT, target: float = TARGET, steps: int = STEPS
+    gait: Gait, free: Sequence[str] = BASE, method: Method = Method.DESCENT, target: float = TARGET, steps: int = STEPS
 ) -> Stabilized:
     """Stabilise a gait with progress, and say how it went."""
-    from typing import cast
-
     from amble.stability.stabilize import stabilization
 
     with progress("stabilising") as update:
         found = stabilization(
             gait,
             tuple(free),
-            cast("Method", method),
+            method.value,
             target,
             steps,
             lambda step: update(
