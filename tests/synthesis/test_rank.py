@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from amble.synthesis import GaitProblem
 from amble.synthesis.guess import walking
@@ -32,3 +33,10 @@ def test_a_coarse_mesh_stays(small_problem: GaitProblem) -> None:
     same, variables = on_coarse_mesh(program, natural)
     assert same is program
     np.testing.assert_allclose(variables * program.layout.scale, natural, rtol=1e-15)
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.2, 1.0, 20.0])
+def test_no_speed_makes_rows_dependent(small_problem: GaitProblem, speed: float) -> None:
+    """A speed that no robot walks must fail in the solver, with the rows that it violates, not here."""
+    program = build_program(replace(small_problem, speed=speed))
+    require_full_rank(*on_coarse_mesh(program, walking(program.problem, program.layout)))

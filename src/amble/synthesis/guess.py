@@ -116,21 +116,6 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
     return motion
 
 
-def standing(problem: GaitProblem, layout: Layout) -> Vector:
-    """Return unscaled variables of a robot that stands in its posture while time passes, (n_x,)."""
-    guess = np.zeros(layout.size)
-    robot = problem.pattern.robot
-    pose = problem.posture.coordinates(robot)
-    durations = middle_durations(problem)
-    for domain in layout.domains:
-        feet = len(domain.stance.feet)
-        share = np.tile([0.0, 0.0, robot.mass * robot.gravity / max(feet, 1)], feet)
-        T, nodes = durations[domain.stance.name], domain.nodes
-        _fill(problem, domain, guess, T, np.tile(pose, (nodes, 1)), np.tile(share, (nodes, 1)))
-    guess[layout.period] = sum(durations[domain.stance.name] for domain in layout.domains)
-    return guess
-
-
 def _smooth(problem: GaitProblem, domain: DomainLayout, T: float, motion: NodeValues) -> tuple[Matrix, ...]:
     """Curves of the outputs' order through a motion: coefficients, and q, v, a at the nodes."""
     rates = np.gradient(motion, domain.phases, axis=0, edge_order=2)

@@ -83,7 +83,8 @@ def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> f
         NotSolvedError: names the rows that depend on each other.
     """
     step = np.random.default_rng(1).uniform(-0.05, 0.05, variables.size)
-    value, vector = smallest_singular_value(program, variables + step)
+    inside = np.clip(variables, program.lower, program.upper)  # as the solver's start; far outside all rows look alike
+    value, vector = smallest_singular_value(program, inside + step)
     if value >= SMALLEST:
         return value
     nlp = program.program

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 
 from amble.control.allocation.contact_limits import ContactLimits, margins, torque_margin
-from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, no_smooth_rows, steered_joints
+from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, steered_joints
 from amble.control.allocation.line import Interval, above, band, common, inside_cone, lowest_peak
 from amble.maths.interior_point import QuadraticProgram, minimise
 
@@ -61,11 +61,6 @@ class BoundedMinimumNorm(AllocationLaw):
     def parameters(self) -> Mapping[str, Any]:
         """Friction and the smallest normal force."""
         return {"friction": self.friction, "normal_force": self.normal_force}
-
-    def rows(self, redundancy: Redundancy) -> ca.SX:
-        """Refuse: the torques have kinks where a limit becomes active."""
-        del redundancy
-        raise no_smooth_rows(self.name)
 
     def choose(self, redundancy: Redundancy) -> ca.SX:
         """Clip the minimum norm into the limits.

@@ -60,13 +60,19 @@ class AllocationLaw(ABC):
         """The law's parameters as plain JSON values; with the name they rebuild the law."""
         return {}
 
-    @abstractmethod
     def rows(self, redundancy: Redundancy) -> ca.SX:
         """Return k expressions that vanish exactly where the torques obey the law; they close the gait problem.
 
+        A law whose torques have kinks has no such rows and leaves this method as it is.
+
         Raises:
-            InputError: where the law is not smooth, so that no such rows exist.
+            InputError: where the law is not smooth.
         """
+        del redundancy
+        raise InputError(
+            f"allocation law '{self.name}' is not smooth, so no gait can be optimised under it; optimise with pinv or "
+            "weighted and use it in the controller: the motion stays the same"
+        )
 
     @abstractmethod
     def choose(self, redundancy: Redundancy) -> ca.SX:
@@ -99,11 +105,3 @@ def effort_limits(redundancy: Redundancy, joints: Sequence[int]) -> ca.DM:
         if not (isfinite(record.effort) and record.effort > 0.0):
             raise InputError(f"joint '{record.name}' has no torque limit, which this allocation law needs")
     return ca.DM([record.effort for record in records])
-
-
-def no_smooth_rows(law: str) -> InputError:
-    """Say that a law cannot close a gait problem."""
-    return InputError(
-        f"allocation law '{law}' is not smooth, so no gait can be optimised under it; optimise with pinv or weighted "
-        "and use it in the controller: the motion stays the same"
-    )

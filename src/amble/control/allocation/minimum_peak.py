@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, no_smooth_rows, steered_joints
+from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, steered_joints
 from amble.control.allocation.line import lowest_peak
 from amble.maths.interior_point import QuadraticProgram, minimise
 
@@ -25,11 +25,6 @@ class MinimumPeak(AllocationLaw):
     def name(self) -> str:
         """Name in files and on the command line."""
         return "peak"
-
-    def rows(self, redundancy: Redundancy) -> ca.SX:
-        """Refuse: the torques have kinks where another joint takes the peak."""
-        del redundancy
-        raise no_smooth_rows(self.name)
 
     def choose(self, redundancy: Redundancy) -> ca.SX:
         """Minimise exactly: on a line in closed form (eq. 11), else as a linear program (eq. 19).

@@ -10,7 +10,7 @@ import casadi as ca
 
 from amble.control.actuator import Actuator
 from amble.control.actuator import actuator as actuator_named
-from amble.control.allocation.law import AllocationLaw, Redundancy, no_smooth_rows, steered_joints
+from amble.control.allocation.law import AllocationLaw, Redundancy, steered_joints
 from amble.control.allocation.line import lowest_with_kinks
 from amble.maths.interior_point import QuadraticProgram, minimise
 
@@ -41,11 +41,6 @@ class MinimumPower(AllocationLaw):
     def parameters(self) -> Mapping[str, Any]:
         """The actuator model."""
         return {"actuator": self.actuator}
-
-    def rows(self, redundancy: Redundancy) -> ca.SX:
-        """Refuse: the torques have kinks where a joint's power changes its sign."""
-        del redundancy
-        raise no_smooth_rows(self.name)
 
     def choose(self, redundancy: Redundancy) -> ca.SX:
         """Minimise exactly: on a line in closed form (eq. 9), else as a quadratic program (eq. 18)."""
