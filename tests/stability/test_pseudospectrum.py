@@ -23,13 +23,13 @@ def test_an_eigenvalue_of_a_jordan_block_moves_by_a_root_of_the_perturbation(n: 
 def test_no_perturbation_exceeds_it() -> None:
     rng = np.random.default_rng(3)
     matrix = rng.normal(size=(6, 6)) / 3
-    bound = pseudospectral_radius(matrix, 1e-2)
-    assert bound > radius(matrix)
+    estimate = pseudospectral_radius(matrix, 1e-2)
+    assert estimate > radius(matrix)
     reached = 0.0
     for _ in range(2000):
         perturbation = rng.normal(size=(6, 1)) @ rng.normal(size=(1, 6))
         reached = max(reached, radius(matrix + 1e-2 * perturbation / np.linalg.norm(perturbation, 2)))
-    assert radius(matrix) < reached <= bound
+    assert radius(matrix) < reached <= estimate
 
 
 def test_without_a_perturbation_nothing_moves() -> None:
@@ -37,18 +37,18 @@ def test_without_a_perturbation_nothing_moves() -> None:
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e4])
-def test_the_bound_holds_and_is_sharper_in_suitable_coordinates(scale: float) -> None:
+def test_the_estimate_covers_the_doubt_and_is_sharper_in_suitable_coordinates(scale: float) -> None:
     rng = np.random.default_rng(8)
     stretch = np.diag([1.0, scale, 1.0, scale])
     matrix = stretch @ (0.4 * rng.normal(size=(4, 4))) @ np.linalg.inv(stretch)
     doubt = stretch @ (1e-6 * rng.normal(size=(4, 4))) @ np.linalg.inv(stretch)
-    bound = largest_radius(matrix, [doubt])
+    estimate = largest_radius(matrix, [doubt])
     for sign in (1, -1):
-        assert radius(matrix + sign * doubt) <= bound
-    assert bound <= pseudospectral_radius(matrix, float(np.linalg.norm(doubt, 2)))
-    assert bound - radius(matrix) < 1e-4
+        assert radius(matrix + sign * doubt) <= estimate
+    assert estimate <= pseudospectral_radius(matrix, float(np.linalg.norm(doubt, 2)))
+    assert estimate - radius(matrix) < 1e-4
 
 
-def test_a_map_that_forgets_everything_has_a_bound() -> None:
+def test_a_map_that_forgets_everything_has_an_estimate() -> None:
     assert largest_radius(np.zeros((3, 3)), [1e-6 * np.eye(3)]) == pytest.approx(1e-6, rel=1e-2)
     assert largest_radius(np.eye(3, k=1), [1e-9 * np.eye(3)]) <= 1.01e-3

@@ -41,7 +41,7 @@ def certified(gait: Gait, out: Path) -> Certificate:
         wrote(write_results(out, refusal_tree(gait, error)))
         raise
     typer.echo(
-        f"spectral radius of the full cycle {certificate.radius:.6f} (error bar {certificate.error:.1e}), "
+        f"spectral radius of the full cycle {certificate.radius:.6f} (estimated error {certificate.error:.1e}), "
         f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
     )
     wrote(write_results(out, certificate_tree(gait, certificate)))

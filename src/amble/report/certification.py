@@ -35,7 +35,7 @@ def certify_gait(gait: Gait, progress: Progress | None = None) -> Certificate:
         progress: called with what is being computed, in words.
 
     Raises:
-        CertificateError: the radius with its error bar is not below 1, or a contact is violated on the orbit.
+        CertificateError: a condition of ``stability.certify`` fails, or a contact is violated on the orbit.
         FallError: the motion does not come back.
         NotSolvedError: the closed loop has no fixed point near the gait.
     """

@@ -4,7 +4,8 @@ The orbit is exponentially stable when the spectral radius of the reduced return
 A by variational equations, and by differences of the whole map as a second opinion. The error bar of the radius is
 rho_e(A) - rho(A), where rho_e is the pseudospectral radius: the largest radius that any perturbation of size e of A can
 give, with e the distance of the two matrices plus the change of A under the last step of a tolerance sweep, in
-coordinates that suit A (``pseudospectrum``).
+coordinates that suit A (``pseudospectrum``). It is an estimate, not a strict bound: e is measured, not proven, and
+nothing here encloses roundoff, the integrator's error or the motion itself as interval arithmetic would.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Certificate:
         period: duration of a cycle, s.
         shift: how far a cycle moves along each symmetry, by name.
         spectrum: multipliers modulo the symmetries, and the symmetries as measured, at the tightest tolerance.
-        error: error bar of the spectral radius.
+        error: error bar of the spectral radius, an estimate.
         disagreement: distance of the two matrices A, relative to the first (2-norm).
         sweep: (tolerance of the integrator, spectral radius).
         differences: the second opinion: its step and its own sweep.
@@ -181,7 +182,7 @@ def certify(
     longest: float = LONGEST,
     progress: Progress | None = None,
 ) -> Certificate:
-    """Certify that the orbit through a fixed point is exponentially stable.
+    """Certify, to the accuracy of the numerics, that the orbit through a fixed point is exponentially stable.
 
     Args:
         system: the system; a guard that is zero at the entry of the first domain needs ``Transition.earliest``.

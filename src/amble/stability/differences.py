@@ -35,7 +35,7 @@ class Differences:
     Attributes:
         matrix: the best of the sweep, (n_x, n_x).
         step: its step.
-        disagreement: |best - its neighbour in the sweep| (2-norm): an estimate of the error of ``matrix``.
+        disagreement: |best - its neighbour in the sweep| (2-norm): an estimate of the error of ``matrix``, no bound.
         sweep: (step, 2-norm distance to the matrix of the next step) for all steps taken but the last; infinite where
             the motion from a perturbed state did not come back.
     """

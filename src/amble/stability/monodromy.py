@@ -10,7 +10,13 @@ and the state after the reset by D_x (Phi dx + f dt) + D_t dt. The factor of a d
     S = D_x Phi - (D_x f + D_t) (H_x Phi) / (H_x f + H_t).                                                      (1)
 
 No field of the next domain occurs, unlike in the saltation matrix D_x + (f+ - D_x f) H_x / (H_x f), because here the
-clock stops at the entry instead of running on: the products along a cycle have the same spectrum.
+motion stops at the entry instead of running on. Their products along a cycle have the same multipliers but for one: the
+textbook's, with the clock as one more state, has besides those of (1) the 1 of the flow's direction. Where nothing
+depends on the clock, the textbook's product for x alone has that 1 in place of one 0 of (1).
+
+The multipliers are those of one cycle of the system that is given. A system that closes half a gait cycle by a mirror M
+(``gait.closed_loop`` with ``half``) has P = M Q, Q the passage through its domains; the second half of the gait is
+M Q M, so the full cycle is M Q M Q = P P, and its multipliers are the squares of those of P.
 """
 
 from __future__ import annotations

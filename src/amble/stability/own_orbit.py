@@ -36,6 +36,8 @@ def straight(system: HybridSystem, mirrored: bool) -> HybridSystem:
 def own_fixed_point(gait: Gait, progress: Progress | None = None) -> tuple[HybridSystem, FixedPoint]:
     """Return the closed loop of the solved stances of a gait and its fixed point nearest to the gait's start.
 
+    Of a mirrored gait this is half a cycle, closed by the mirror: the multipliers of the full one are the squares.
+
     Args:
         gait: the gait.
         progress: called after every Newton step with its number and the residual.

@@ -1,4 +1,4 @@
-"""How far the spectral radius of a matrix can move under a perturbation of known size."""
+"""How far the spectral radius of a matrix can move under a perturbation of about known size: an estimate."""
 
 from __future__ import annotations
 
@@ -24,22 +24,23 @@ def radius(matrix: Matrix) -> float:
 
 
 def largest_radius(matrix: Matrix, doubts: Sequence[Matrix]) -> float:
-    """Bound the spectral radius of a matrix that is known up to some perturbations.
+    """Estimate the largest spectral radius of a matrix that is known up to some perturbations.
 
-    The bound is the pseudospectral radius for the sum of the norms of the perturbations. It holds in any coordinates,
-    and a return map is far from normal in those of the states (positions beside velocities, multipliers near 0), so it
-    is taken in three, and the smallest one counts: as given, balanced, and where a quadratic Lyapunov function of
-    A / r, with r a little above the radius, is the square of the norm, so that the norm of A is about its radius.
+    The estimate is the pseudospectral radius for the sum of the norms of the perturbations: no perturbation of that
+    size gives more, but the sizes themselves are measured. This is so in any coordinates, and a return map is far from
+    normal in those of the states (positions beside velocities, multipliers near 0), so it is taken in three, and the
+    smallest one counts: as given, balanced, and where a quadratic Lyapunov function of A / r, with r a little above the
+    radius, is the square of the norm, so that the norm of A is about its radius.
 
     Args:
         matrix: A.
         doubts: matrices whose sizes measure how well A is known.
     """
-    bounds = []
+    estimates = []
     for forward, back in _coordinates(matrix):
         size = sum(float(np.linalg.norm(forward @ doubt @ back, 2)) for doubt in doubts)
-        bounds.append(pseudospectral_radius(forward @ matrix @ back, size))
-    return min(bounds)
+        estimates.append(pseudospectral_radius(forward @ matrix @ back, size))
+    return min(estimates)
 
 
 def _coordinates(matrix: Matrix) -> list[tuple[Matrix, Matrix]]:
@@ -76,7 +77,8 @@ def pseudospectral_radius(matrix: Matrix, size: float) -> float:
 
     It is the largest |z| with smin(z 1 - A) <= size (Trefethen and Embree, Spectra and Pseudospectra, theorem 2.1 and
     section 2), found by bisection in |z| over angles that include those of the eigenvalues; unlike condition numbers
-    of eigenvalues it holds for defective matrices too, and a Poincare map is defective at 0.
+    of eigenvalues it holds for defective matrices too, and a Poincare map is defective at 0. Between the angles nothing
+    is looked at, so that the result may be a little too small.
 
     Args:
         matrix: A, square and real.
