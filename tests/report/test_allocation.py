@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -67,8 +69,6 @@ def test_the_pseudo_inverse_has_the_smallest_norm_at_every_instant(torques: dict
 
 def test_a_limit_that_binds_is_active_but_not_missed(stabilised_gait: Gait, metrics: dict[str, LawMetrics]) -> None:
     """Friction between what the pseudo-inverse uses and what the motion needs at least."""
-    from dataclasses import replace
-
     tight = 0.95 * metrics["pinv"].friction_used
     gait = replace(stabilised_gait, limits=replace(stabilised_gait.limits, friction=tight))
     found = {entry.law: entry for entry in compare_allocations(gait)}
@@ -78,9 +78,16 @@ def test_a_limit_that_binds_is_active_but_not_missed(stabilised_gait: Gait, metr
     assert found["bounded"].friction_used == pytest.approx(tight, rel=1e-7)
     assert found["pinv"].missed > 0.0
     assert found["bounded"].rms_torque > found["pinv"].rms_torque
-    # where the limit binds the torque is steeper (twice on this gait), but does not jump as the basic solution does,
-    # by 43 N m; continuity itself is tested on a line of states with the law
-    assert found["bounded"].torque_jump < 4.0 * found["pinv"].torque_jump
+    # continuous torques change from sample to sample by a multiple of the spacing; a jump would stay what it is
+    coarse = {entry.law: entry for entry in compare_allocations(_thinned(gait))}
+    for law in ("pinv", "bounded"):
+        assert coarse[law].torque_jump > 1.5 * found[law].torque_jump
+
+
+def _thinned(gait: Gait) -> Gait:
+    """The gait at every second node."""
+    names = ("times", "positions", "velocities", "accelerations", "torques", "forces")
+    return replace(gait, domains=tuple(replace(d, **{n: getattr(d, n)[::2] for n in names}) for d in gait.domains))
 
 
 def test_limits_that_do_not_bind_change_nothing(torques: dict[str, np.ndarray]) -> None:
