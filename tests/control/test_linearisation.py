@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from amble.errors import InputError
 from amble.hybrid import Stance
 from amble.maths.bezier import evaluate
 from amble.types import Matrix, Vector
-from tests.control.loops import Sample, loop, samples, solved_stances, weights
+from tests.control.loops import Sample, expressions, loop, samples, solved_stances, weights
 from tests.oracle import oracle
 from tests.robots import robot
 
@@ -37,10 +38,10 @@ def wanted(sample: Sample) -> Vector:
     return second - kd * (sample.v[3:] - rate) - kp * (sample.q[3:] - value)
 
 
-def affine_motion(stance: Stance, sample: Sample) -> tuple[Vector, Matrix]:
+def affine_motion(feet: tuple[str, ...], sample: Sample) -> tuple[Vector, Matrix]:
     """f0 and G of q'' = f0 + G u, from Pinocchio's terms and one dense solve."""
     model, theirs = robot("astro"), oracle("astro")
-    rows = [3 * model.foot_names.index(foot) + axis for foot in stance.feet for axis in range(3)]
+    rows = [3 * model.foot_names.index(foot) + axis for foot in feet for axis in range(3)]
     mass, bias = theirs.mass_matrix(sample.q), theirs.bias(sample.q, sample.v)
     jacobian, contact_bias = theirs.jacobian(sample.q)[rows], theirs.jacobian_bias(sample.q, sample.v)[rows]
     system = np.block([[mass, -jacobian.T], [jacobian, np.zeros((len(rows), len(rows)))]])
@@ -55,7 +56,7 @@ def test_torques_are_those_of_numpys_pseudo_inverse(stance: Stance) -> None:
     for sample, mixed in samples(STATES, seed=1, mixed=True):
         for H in (chosen, mixed):
             assert H is not None
-            free, inputs = affine_motion(stance, sample)
+            free, inputs = affine_motion(stance.feet, sample)
             A, r = H @ inputs[3:], H @ (wanted(sample) - free[3:])
             expected = np.linalg.pinv(A) @ r
             acceleration, torques, *_ = run(stance, "pinv", sample, H)
@@ -63,6 +64,32 @@ def test_torques_are_those_of_numpys_pseudo_inverse(stance: Stance) -> None:
             np.testing.assert_allclose(torques, expected, atol=rounding * np.abs(expected).max())
             moved = free + inputs @ expected
             np.testing.assert_allclose(acceleration, moved, atol=rounding * np.abs(moved).max())
+
+
+@pytest.mark.parametrize(
+    ("feet", "outputs"),
+    [((), 12), (("rl",), 12), (("fl", "rr"), 11), (("fl", "fr", "rl"), 9), (("fl", "fr", "rl", "rr"), 6)],
+    ids=["flight", "one", "diagonal", "three", "four"],
+)
+def test_any_number_of_feet_moves_as_the_pseudo_inverse_does(feet: tuple[str, ...], outputs: int) -> None:
+    """With as many outputs as actuated degrees of freedom; torques, motion and forces from Pinocchio and numpy."""
+    function, random = loop(feet, "pinv", outputs), np.random.default_rng(outputs)
+    for sample, _ in samples(50, seed=9):
+        H = random.normal(size=(outputs, sample.q.size - 3))
+        free, inputs = affine_motion(feet, sample)
+        A, r = H @ inputs[3:], H @ (wanted(sample) - free[3:])
+        expected = np.linalg.pinv(A, rcond=1e-12) @ r
+        acceleration, torques, *_ = (np.asarray(part).ravel() for part in function(*sample.arguments(H)))
+        rounding = 1e-13 * np.linalg.cond(A)
+        np.testing.assert_allclose(torques, expected, atol=rounding * np.abs(expected).max())
+        moved = free + inputs @ expected
+        np.testing.assert_allclose(acceleration, moved, atol=rounding * np.abs(moved).max())
+
+
+@pytest.mark.parametrize("outputs", [10, 12])
+def test_a_wrong_number_of_outputs_is_refused(stance: Stance, outputs: int) -> None:
+    with pytest.raises(InputError, match=f"takes exactly 11 outputs, not {outputs}"):
+        expressions(stance.feet, "pinv", outputs)
 
 
 def test_the_output_dynamics_hold_and_so_do_the_equations_of_motion(stance: Stance) -> None:
@@ -101,7 +128,7 @@ def test_laws_differ_in_torque_but_not_in_motion(stance: Stance) -> None:
 
 def test_null_torques_cause_no_motion(stance: Stance) -> None:
     for sample, _ in samples(50, seed=4):
-        _, inputs = affine_motion(stance, sample)
+        _, inputs = affine_motion(stance.feet, sample)
         null = run(stance, "pinv", sample, weights(stance))[4]
         assert np.linalg.norm(null) > 1e-3
         np.testing.assert_allclose(inputs @ null, 0.0, atol=1e-11 * np.abs(inputs).max() * np.linalg.norm(null))
@@ -153,7 +180,7 @@ def test_the_smallest_pivot_falls_with_the_smallest_singular_value(stance: Stanc
     singular = np.eye(model.size - 3)[3:][coordinates]
     for sample, mixed in samples(20, seed=7, mixed=True):
         assert mixed is not None
-        _, inputs = affine_motion(stance, sample)
+        _, inputs = affine_motion(stance.feet, sample)
         found = []
         for share in (1e-5, 1e-6, 1e-7):
             H = singular + share * mixed
