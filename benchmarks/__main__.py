@@ -7,10 +7,11 @@ import importlib
 import io
 import pkgutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import benchmarks
-from benchmarks.figures import show
+from benchmarks.figures import Figure, show
 from benchmarks.machine import describe
 from benchmarks.report import write_report
 
@@ -22,7 +23,10 @@ def names() -> list[str]:
 
 
 def run(wanted: list[str]) -> int:
-    """Run benchmarks; exit code 2 for a name that does not exist."""
+    """Run benchmarks; exit code 2 for a name that does not exist.
+
+    The report is written after every benchmark, so that an interrupted run keeps what was finished.
+    """
     known = names()
     for name in wanted:
         if name not in known:
@@ -30,7 +34,9 @@ def run(wanted: list[str]) -> int:
             return 2
     machine = describe()
     print(machine)
-    figures, texts = {}, {}
+    figures: dict[str, list[Figure]] = {}
+    texts: dict[str, str] = {}
+    written: list[Path] = []
     for name in wanted or known:
         module = importlib.import_module(f"benchmarks.{name}")
         print(f"\n== {name}: {(module.__doc__ or '').splitlines()[0]}", flush=True)
@@ -39,9 +45,19 @@ def run(wanted: list[str]) -> int:
             show(figures[name])
         else:
             texts[name] = _printed(module.main)
-    for path in write_report(machine, figures, texts):
+        written = write_report(machine, figures, texts)
+    print()
+    for path in written:
         print(f"wrote {path}")
+    print(_summary(figures))
     return 0
+
+
+def _summary(figures: Mapping[str, Sequence[Figure]]) -> str:
+    """Say which limits were missed."""
+    limited = [(name, figure) for name, found in figures.items() for figure in found if figure.verdict]
+    missed = [f"{name}: {figure.name}" for name, figure in limited if figure.verdict != "met"]
+    return f"{len(limited) - len(missed)} of {len(limited)} limits met" + "".join(f"\nMISSED {one}" for one in missed)
 
 
 def _printed(main: Callable[[], None]) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 import amble
 from amble.codegen import compiler
 
-PACKAGES = ("casadi", "numpy", "scipy")
+PACKAGES = ("casadi", "numpy", "scipy", "mujoco", "pin", "proxsuite", "quadprog")
 
 
 def describe() -> str:
