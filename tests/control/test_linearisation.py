@@ -72,7 +72,7 @@ def test_torques_are_those_of_numpys_pseudo_inverse(stance: Stance) -> None:
     ids=["flight", "one", "diagonal", "three", "four"],
 )
 def test_any_number_of_feet_moves_as_the_pseudo_inverse_does(feet: tuple[str, ...], outputs: int) -> None:
-    """With as many outputs as actuated degrees of freedom; torques, motion and forces from Pinocchio and numpy."""
+    """With as many outputs as actuated degrees of freedom; torques and motion from Pinocchio and numpy."""
     function, random = loop(feet, "pinv", outputs), np.random.default_rng(outputs)
     for sample, _ in samples(50, seed=9):
         H = random.normal(size=(outputs, sample.q.size - 3))

@@ -1,8 +1,8 @@
 """The motion of a stance whose outputs obey given dynamics: linear equations in accelerations and contact forces.
 
 Nothing inverts the mass matrix. Feet at rest and outputs that obey leave few accelerations open; six rows of the
-dynamics in which no actuator appears, and the law's choice of internal forces, then give those and the contact forces;
-the torques follow from the joints' rows.
+dynamics in which no actuator appears, and the rows that make the torques the shortest, then give those and the contact
+forces; the torques follow from the joints' rows. The allocation law acts afterwards, on the free directions.
 """
 
 from __future__ import annotations

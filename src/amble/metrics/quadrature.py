@@ -17,7 +17,7 @@ from amble.errors import InputError
 from amble.types import IntegerVector, NodeValues, Vector, frozen
 
 EVEN = 1e-9
-"""Spacings of a segment that differ by a smaller share are even; clocks of long runs round at 1e-12 of a spacing."""
+"""Spacings of a segment that differ by a smaller share are even; times of 500 cycles round at 1e-11 of a spacing."""
 
 BISECTIONS = 30
 """The integrand vanishes at the zero, so 2^-30 of a piece leaves an error of 2^-60 of it."""
