@@ -80,4 +80,4 @@ class CertificateError(WorkError):
         self.rows = tuple(rows)
         failed = sorted((row for row in self.rows if row.violation > 0), key=lambda row: -row.violation)
         listing = "\n".join(str(row) for row in failed)
-        super().__init__(f"no certificate: {len(failed)} conditions fail\n{listing}")
+        super().__init__(f"no certificate: {len(failed)} of {len(self.rows)} conditions fail\n{listing}")

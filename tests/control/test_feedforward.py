@@ -20,6 +20,9 @@ from amble.types import Matrix
 
 WEIGHTS = np.eye(2, 4)
 
+# second derivatives of order 5 over 0.4 s: coefficients of order 1 times 5 * 4 * 4 / 0.16 = 500, a dozen roundings
+ROUNDING = 1e-12
+
 
 @pytest.mark.parametrize(("outputs", "coordinates"), [(1, 3), (11, 15), (12, 15), (6, 15), (3, 3)])
 def test_unseen_directions_span_the_kernel(outputs: int, coordinates: int) -> None:
@@ -34,6 +37,11 @@ def test_unseen_directions_span_the_kernel(outputs: int, coordinates: int) -> No
 def test_dependent_outputs_are_refused() -> None:
     with pytest.raises(InputError, match="dependent"):
         unseen_directions(np.array([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]))
+
+
+def test_weights_that_are_not_finite_are_refused() -> None:
+    with pytest.raises(InputError, match="not finite"):
+        unseen_directions(np.array([[1.0, np.nan, 3.0]]))
 
 
 def test_numbers_are_packed_in_the_order_of_the_symbols() -> None:
@@ -76,7 +84,7 @@ def test_the_desired_motion_is_its_bezier_curve() -> None:
     for t in np.linspace(0.0, 0.4 * LATEST_PHASE, 9):
         value, first, second = (part[0] for part in evaluate(references, np.array([t / 0.4])))
         for ours, theirs in zip(function(t, p), (value, first / 0.4, second / 0.16), strict=True):
-            np.testing.assert_allclose(np.asarray(ours).ravel(), theirs, atol=1e-11)
+            np.testing.assert_allclose(np.asarray(ours).ravel(), theirs, atol=ROUNDING)
 
 
 def test_after_its_end_the_desired_motion_keeps_its_acceleration() -> None:
@@ -86,6 +94,6 @@ def test_after_its_end_the_desired_motion_keeps_its_acceleration() -> None:
     value, rate, second = (np.asarray(part).ravel() for part in function(end, p))
     for late in (0.01, 0.2):
         later = [np.asarray(part).ravel() for part in function(end + late, p)]
-        np.testing.assert_allclose(later[0], value + rate * late + 0.5 * second * late**2, atol=1e-11)
-        np.testing.assert_allclose(later[1], rate + second * late, atol=1e-11)
-        np.testing.assert_allclose(later[2], second, atol=1e-10)
+        np.testing.assert_allclose(later[0], value + rate * late + 0.5 * second * late**2, atol=ROUNDING)
+        np.testing.assert_allclose(later[1], rate + second * late, atol=ROUNDING)
+        np.testing.assert_allclose(later[2], second, atol=ROUNDING)

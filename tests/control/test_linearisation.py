@@ -39,7 +39,13 @@ def wanted(sample: Sample) -> Vector:
 
 
 def affine_motion(feet: tuple[str, ...], sample: Sample) -> tuple[Vector, Matrix]:
-    """f0 and G of q'' = f0 + G u, from Pinocchio's terms and one dense solve."""
+    """f0 and G of q'' = f0 + G u."""
+    free, inputs = affine_response(feet, sample)
+    return free[: sample.q.size], inputs[: sample.q.size]
+
+
+def affine_response(feet: tuple[str, ...], sample: Sample) -> tuple[Vector, Matrix]:
+    """(q'', lambda) at zero torque and their slope in the torques, from Pinocchio's terms and one dense solve."""
     model, theirs = robot("astro"), oracle("astro")
     rows = [3 * model.foot_names.index(foot) + axis for foot in feet for axis in range(3)]
     mass, bias = theirs.mass_matrix(sample.q), theirs.bias(sample.q, sample.v)
@@ -47,8 +53,7 @@ def affine_motion(feet: tuple[str, ...], sample: Sample) -> tuple[Vector, Matrix
     system = np.block([[mass, -jacobian.T], [jacobian, np.zeros((len(rows), len(rows)))]])
     inputs = np.zeros((len(system), len(model.joints)))
     inputs[6 : model.size] = np.eye(len(model.joints))
-    free = np.linalg.solve(system, np.concatenate([-bias, -contact_bias]))
-    return free[: model.size], np.linalg.solve(system, inputs)[: model.size]
+    return np.linalg.solve(system, np.concatenate([-bias, -contact_bias])), np.linalg.solve(system, inputs)
 
 
 def test_torques_are_those_of_numpys_pseudo_inverse(stance: Stance) -> None:
@@ -72,18 +77,20 @@ def test_torques_are_those_of_numpys_pseudo_inverse(stance: Stance) -> None:
     ids=["flight", "one", "diagonal", "three", "four"],
 )
 def test_any_number_of_feet_moves_as_the_pseudo_inverse_does(feet: tuple[str, ...], outputs: int) -> None:
-    """With as many outputs as actuated degrees of freedom; torques and motion from Pinocchio and numpy."""
+    """With as many outputs as actuated degrees of freedom; torques, motion and forces from Pinocchio and numpy."""
     function, random = loop(feet, "pinv", outputs), np.random.default_rng(outputs)
     for sample, _ in samples(50, seed=9):
-        H = random.normal(size=(outputs, sample.q.size - 3))
-        free, inputs = affine_motion(feet, sample)
-        A, r = H @ inputs[3:], H @ (wanted(sample) - free[3:])
+        size = sample.q.size
+        H = random.normal(size=(outputs, size - 3))
+        free, inputs = affine_response(feet, sample)
+        A, r = H @ inputs[3:size], H @ (wanted(sample) - free[3:size])
         expected = np.linalg.pinv(A, rcond=1e-12) @ r
-        acceleration, torques, *_ = (np.asarray(part).ravel() for part in function(*sample.arguments(H)))
+        acceleration, torques, forces, *_ = (np.asarray(part).ravel() for part in function(*sample.arguments(H)))
         rounding = 1e-13 * np.linalg.cond(A)
         np.testing.assert_allclose(torques, expected, atol=rounding * np.abs(expected).max())
         moved = free + inputs @ expected
-        np.testing.assert_allclose(acceleration, moved, atol=rounding * np.abs(moved).max())
+        for ours, theirs in ((acceleration, moved[:size]), (forces, moved[size:])):
+            np.testing.assert_allclose(ours, theirs, atol=rounding * np.abs(theirs).max(initial=0.0))
 
 
 @pytest.mark.parametrize("outputs", [10, 12])

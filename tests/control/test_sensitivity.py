@@ -19,9 +19,9 @@ STANCES = solved_stances()
 
 
 @lru_cache(maxsize=2)
-def slopes(feet: tuple[str, ...]) -> ca.Function:
+def slopes(feet: tuple[str, ...], outputs: int = 11) -> ca.Function:
     """(q, v, t, p) -> acceleration slope, error slope, response, automatic Jacobian of the acceleration."""
-    at, linearised = expressions(feet, "pinv")
+    at, linearised = expressions(feet, "pinv", outputs)
     ours = sensitivity(robot("astro"), feet, linearised, at.q, at.v, at.t, at.feedforward)
     automatic = ca.jacobian(linearised.acceleration, ca.vertcat(at.q, at.v))
     parts = [ours.acceleration, ours.error, ours.response, automatic, linearised.acceleration]
@@ -44,6 +44,17 @@ def test_equals_automatic_differentiation(stance: Stance) -> None:
             ours, _, _, automatic, _ = evaluated(stance, sample, chosen)
             # two orders of the same solves, with conditions of up to 1e4
             np.testing.assert_allclose(ours, automatic, atol=1e-9 * np.abs(automatic).max())
+
+
+@pytest.mark.parametrize(
+    ("feet", "outputs"), [((), 12), (("rl",), 12), (("fl", "fr", "rl"), 9), (("fl", "fr", "rl", "rr"), 6)]
+)
+def test_any_number_of_feet_equals_automatic_differentiation(feet: tuple[str, ...], outputs: int) -> None:
+    random = np.random.default_rng(outputs)
+    for sample, _ in samples(3, seed=17):
+        found = slopes(feet, outputs)(*sample.arguments(random.normal(size=(outputs, sample.q.size - 3))))
+        ours, automatic = np.asarray(found[0]), np.asarray(found[3])
+        np.testing.assert_allclose(ours, automatic, atol=1e-9 * np.abs(automatic).max())  # as above
 
 
 def test_equals_central_differences(stance: Stance) -> None:

@@ -55,7 +55,7 @@ def test_round_trip_is_exact(tmp_path: Path, seed: int, stabilised: bool) -> Non
 
 def test_the_file_is_strict_json_with_units(saved: Path) -> None:
     tree = json.loads(saved.read_text(), parse_constant=pytest.fail)
-    assert tree["format_version"] == 1
+    assert tree["format_version"] == 2
     assert tree["speed"] == {"value": 0.2, "unit": "m/s"}
     assert tree["limits"]["torques"]["fl_knee"] == {"value": "inf", "unit": "N m"}
     assert tree["domains"]["D1"]["positions"]["units"][:4] == ["m", "m", "m", "rad"]
@@ -90,7 +90,7 @@ def change(*path: str | int, to: Any = None) -> Callable[[Any], None]:
 
 
 WRONG = {
-    "version": (change("format_version", to=2), "format version 2; this package reads 1"),
+    "version": (change("format_version", to=1), "format version 1; this package reads 2"),
     "format": (change("format", to="other"), "not a gait file"),
     "no version": (change("format_version"), "format version None"),
     "missing part": (change("solver"), "'solver' is missing"),

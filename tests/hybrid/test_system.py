@@ -93,6 +93,14 @@ FAULTS: list[tuple[Callable[[], HybridSystem], str]] = [
         "guard of 'a->a' maps 2 states to 2 values",
     ),
     (
+        lambda: HybridSystem([replace(domain("a"), signals=domain("b", 3).field)], AROUND),
+        "signals of domain 'a' takes 3 states, not 2",
+    ),
+    (
+        lambda: HybridSystem([replace(domain("a"), jacobian=domain("b", 3).field)], AROUND),
+        "jacobian of domain 'a' takes 3 states, not 2",
+    ),
+    (
         lambda: HybridSystem([replace(domain("a"), alive=domain("a").field)], AROUND),
         "margin of domain 'a' maps 2 states to 2 values",
     ),

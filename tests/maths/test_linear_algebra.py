@@ -118,3 +118,17 @@ def test_a_row_of_zeros_has_no_pivot_and_leaves_the_others_numbers() -> None:
     kernel, pivots = evaluated(lambda a: [OrthogonalFactor.of(a).kernel, OrthogonalFactor.of(a).pivots], matrix)
     assert np.isfinite(kernel).all()
     assert pivots.min() == 0.0
+
+
+def test_sines_have_no_units() -> None:
+    """The sine of a row is its distance from the span of the rows before it over its length."""
+    matrix = np.random.default_rng(3).normal(size=(3, 5))
+    stretched = np.diag([1e-6, 1.0, 1e6]) @ matrix
+    ours, same = (evaluated(lambda a: [OrthogonalFactor.of(a).sines], m)[0].ravel() for m in (matrix, stretched))
+    expected = []
+    for row in range(3):
+        span, direction = matrix[:row].T, matrix[row]
+        left = direction - span @ np.linalg.lstsq(span, direction, rcond=None)[0] if row else direction
+        expected.append(np.linalg.norm(left) / np.linalg.norm(direction))
+    np.testing.assert_allclose(ours, expected, rtol=1e-12)
+    np.testing.assert_allclose(same, expected, rtol=1e-9)

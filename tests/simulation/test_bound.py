@@ -4,6 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from amble.errors import InputError
+from amble.simulation import bound as bound_module
 from amble.simulation.bound import bind
 
 
@@ -38,3 +40,34 @@ def test_many_samples_are_the_single_ones() -> None:
         single = bound(clocks[row], states[row])
         assert np.array_equal(first[row], single[0])
         assert np.array_equal(second[row], single[1])
+
+
+def test_the_native_samples_are_those_of_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    bound = bind(sparse_function(), np.array([2.0, 3.0]))
+    clocks, states = np.linspace(0, 1, 5), np.random.default_rng(2).normal(size=(5, 3))
+    native = bound.along(clocks, states)
+    monkeypatch.setattr(bound_module, "load", lambda _: None)
+    for ours, theirs in zip(native, bound.along(clocks, states), strict=True):
+        assert np.array_equal(ours, theirs)
+
+
+def test_samples_of_any_type_and_layout() -> None:
+    bound = bind(sparse_function(), np.array([2.0, 3.0]))
+    clocks, states = np.arange(4), np.arange(12).reshape(4, 3)
+    expected = bound.along(clocks.astype(float), states.astype(float))
+    backwards = np.asfortranarray(np.repeat(states, 2, axis=1).astype(np.float32))[:, ::2]
+    for given in (states, backwards):
+        for ours, theirs in zip(bound.along(clocks, given), expected, strict=True):
+            assert np.array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("shape", [(4, 2), (4, 4), (3, 3), (12,)])
+def test_samples_of_another_shape_are_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(InputError, match="samples have clocks of shape"):
+        bind(sparse_function(), np.array([2.0, 3.0])).along(np.zeros(4), np.zeros(shape))
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_another_number_of_parameters_is_refused(count: int) -> None:
+    with pytest.raises(InputError, match=f"'sparse' takes 2 parameters, not {count}"):
+        bind(sparse_function(), np.zeros(count))

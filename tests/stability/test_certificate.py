@@ -68,7 +68,7 @@ def test_the_measured_contraction_is_checked_within_a_tenth(share: float, holds:
 
 
 def test_a_violated_condition_is_refused(state: np.ndarray) -> None:
-    with pytest.raises(CertificateError, match=r"1 conditions fail\n.*smallest normal force"):
+    with pytest.raises(CertificateError, match=r"1 of \d+ conditions fail\n.*smallest normal force"):
         certify(travelling(0.7, -1), state, [Row("smallest normal force", 0.0, -2.0, np.inf), Row("ok", 0, 1, 2)])
 
 
@@ -106,3 +106,12 @@ def test_steps_that_do_not_come_back_are_skipped(state: np.ndarray) -> None:
     found = difference_check(travelling(0.7, -1), state, (2.0, 1e-4, 1e-5), longest=2.0)
     assert found.sweep[0][1] == np.inf
     assert found.step == 1e-5
+
+
+def test_a_step_that_did_not_come_back_is_written_as_none(state: np.ndarray) -> None:
+    """JSON has no infinity, and a granted certificate must be written."""
+    certificate = assess(travelling(0.7, -1), state)
+    sweep = ((1e-1, np.inf), *certificate.differences.sweep)
+    tree = replace(certificate, differences=replace(certificate.differences, sweep=sweep)).to_json()
+    assert tree["jacobians"]["difference_sweep"][0] == [1e-1, None]
+    json.dumps(tree, allow_nan=False)

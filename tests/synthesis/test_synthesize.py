@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from amble.synthesis import GaitProblem, Iteration, synthesize
 from amble.synthesis.guess import walking
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
+from amble.synthesis.solve import Solution, solve
 
 EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
 """Families that hold at the nodes whatever the mesh."""
@@ -101,15 +102,15 @@ def test_multipliers_of_another_mesh_are_not_used(coarse_gait: Gait, small_probl
 
 
 def test_a_start_that_is_not_near_is_tried_again_without_its_multipliers(
-    coarse_gait: Gait, small_problem: GaitProblem
+    coarse_gait: Gait, small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """At a higher speed the optimum is another gait, with both domains short; all iterations are counted."""
-    neighbour = replace(small_problem, speed=small_problem.speed + 0.01)
+    """One warm iteration is too few for any start; all iterations are counted."""
+    monkeypatch.setattr(sys.modules["amble.synthesis.synthesize"], "WARM_ITERATIONS", 1)
+    neighbour = replace(small_problem, speed=small_problem.speed - 0.01)
     found = synthesize(neighbour, start=coarse_gait)
     bare = synthesize(neighbour, start=replace(coarse_gait, multipliers=None))
-    assert found.solver.iterations == WARM_ITERATIONS + bare.solver.iterations
+    assert found.solver.iterations == 1 + bare.solver.iterations
     assert found.solver.objective == bare.solver.objective
-    assert abs(found.domains[0].duration - coarse_gait.domains[0].duration) > 0.1
 
 
 def test_twenty_metres_a_second_is_refused_with_rows(small_problem: GaitProblem) -> None:

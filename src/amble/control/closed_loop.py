@@ -13,6 +13,7 @@ from amble.control.allocation import AllocationLaw
 from amble.control.feedforward import Feedforward
 from amble.control.linearisation import Linearised, linearise
 from amble.control.sensitivity import sensitivity
+from amble.errors import InputError
 from amble.hybrid import Switch, impact
 from amble.robot import Robot, kinematics
 
@@ -63,7 +64,16 @@ def stance_loops(
         switches: the switch that ends each stance; it names the stance too.
         outputs: number of outputs of each stance.
         order: order of the reference curves; the parameters are packed as in ``Feedforward.packed``.
+
+    Raises:
+        InputError: the law is not hashable.
     """
+    try:
+        hash(law)
+    except TypeError:
+        raise InputError(
+            f"allocation law '{law.name}' has no hash; make it a frozen dataclass of such values"
+        ) from None
     sources: dict[str, Sequence[ca.Function]] = {}
     derivatives: dict[str, tuple[str, ...]] = {}
     for switch, count in zip(switches, outputs, strict=True):

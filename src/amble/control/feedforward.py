@@ -75,9 +75,11 @@ def unseen_directions(weights: Matrix) -> Matrix:
     """Return an orthonormal basis of the kernel of H, (n_a, n_a - n_y).
 
     Raises:
-        InputError: where the rows of H are dependent.
+        InputError: where H is not finite or its rows are dependent.
     """
     matrix = np.asarray(weights, dtype=np.float64)
+    if not np.all(np.isfinite(matrix)):
+        raise InputError("the output weights are not finite")
     _, values, basis = np.linalg.svd(matrix)
     if values.size and not values[-1] > DEPENDENT * values[0]:
         raise InputError("the rows of the output weights are dependent")

@@ -21,7 +21,7 @@ from amble.robot import Robot, dynamics
 BASE_SIZE = 6
 
 SMALLEST_PIVOT = 1e-6
-"""Pivots are about 0.1 for ASTRo; below this five digits of accelerations and torques are gone."""
+"""Pivots are sines of angles between equations, about 0.1 for ASTRo; below this six digits of the torques are gone."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,8 @@ class MotionEquations:
         null: N, the torques that go with them, (n_joints, k), N m.
         closure: factor of the equations that keep the feet at their distances.
         open: accelerations that contacts and outputs leave open, (n_q, d).
-        balance: factor of the equations for ``open`` and the contact forces.
+        balance: factor of the equations for ``open`` and the contact forces per mass of the robot.
+        total: mass of the robot, kg.
     """
 
     mass: ca.SX
@@ -52,6 +53,7 @@ class MotionEquations:
     closure: OrthogonalFactor
     open: ca.SX
     balance: OrthogonalFactor
+    total: float
 
     @classmethod
     def of(cls, robot: Robot, feet: tuple[str, ...], q: ca.SX, unseen: ca.SX) -> MotionEquations:
@@ -70,13 +72,13 @@ class MotionEquations:
         P = ca.diagcat(ca.SX.eye(BASE_SIZE), N.T)
         closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:]) @ unseen)
         directions = _open_directions(J, unseen, closure.kernel)
-        balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -P @ J.T))
-        return cls(D, J, unseen, P, W, N, closure, directions, balance)
+        balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -robot.mass * (P @ J.T)))
+        return cls(D, J, unseen, P, W, N, closure, directions, balance, robot.mass)
 
     @property
     def pivots(self) -> ca.SX:
-        """Pivots met; the smallest tells when the outputs cannot be decoupled."""
-        return ca.vertcat(self.closure.pivots, self.balance.pivots)
+        """Sines of the angles between the equations; the smallest tells when the outputs cannot be decoupled."""
+        return ca.vertcat(self.closure.sines, self.balance.sines)
 
     def solve(self, wanted: ca.SX, contact: ca.SX, load: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return accelerations a, (n_q, m), and contact forces, (3 n_c, m), one column a case.
@@ -87,13 +89,14 @@ class MotionEquations:
             load: right side of the rows P, (6 + k, m).
         """
         # shorthand
-        J, K = self.jacobian, self.unseen
+        J, Z = self.jacobian, self.unseen
 
         moved = contact - J[:, POSITION_SIZE:] @ wanted
-        outputs = wanted + K @ self.closure.solve(_apart(moved))
+        outputs = wanted + Z @ self.closure.solve(_apart(moved))
         one = ca.vertcat(_common(contact - J[:, POSITION_SIZE:] @ outputs), outputs)
         found = self.balance.solve(load - self.rows @ (self.mass @ one))
-        return one + self.open @ found[: self.open.shape[1], :], found[self.open.shape[1] :, :]
+        count = self.open.shape[1]
+        return one + self.open @ found[:count, :], self.total * found[count:, :]
 
 
 def _apart(rows: ca.SX) -> ca.SX:

@@ -29,7 +29,7 @@ from amble.storage import atomic_write
 from amble.types import Json
 
 FORMAT = "amble gait"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 PARTS = (
     "robot",

@@ -245,6 +245,9 @@ def _validate_domain(system: HybridSystem, domain: Domain) -> None:
     _expect_shape(f"field of domain '{domain.name}'", domain.field, size, size)
     if domain.alive is not None:
         _expect_shape(f"margin of domain '{domain.name}'", domain.alive, size, 1)
+    for what, function in (("signals", domain.signals), ("jacobian", domain.jacobian)):
+        if function is not None:
+            _expect_state(f"{what} of domain '{domain.name}'", function, size)
     if domain.field.numel_in(2) != domain.parameters.size:
         raise InputError(
             f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}"
@@ -262,6 +265,12 @@ def _expect_shape(what: str, function: ca.Function, size_in: int, size_out: int)
             f"the {what} maps {function.numel_in(1)} states to {function.numel_out(0)} values, "
             f"not {size_in} to {size_out}"
         )
+
+
+def _expect_state(what: str, function: ca.Function, size: int) -> None:
+    _expect_arguments(what, function)
+    if function.numel_in(1) != size:
+        raise InputError(f"the {what} takes {function.numel_in(1)} states, not {size}")
 
 
 def _expect_arguments(what: str, function: ca.Function) -> None:

@@ -82,6 +82,12 @@ class OrthogonalFactor:
         return ca.fabs(ca.densify(ca.diag(self.lower)))
 
     @property
+    def sines(self) -> ca.SX:
+        """Sine of the angle between every row of A and those before it, (m,): pivots without units."""
+        lengths = ca.sqrt(ca.sum2(self.lower**2))
+        return self.pivots / ca.fmax(ca.densify(lengths), SMALLEST)
+
+    @property
     def kernel(self) -> ca.SX:
         """Orthonormal basis of the x with A x = 0, (n, n - m)."""
         return self._turned(ca.SX.eye(self.columns)[:, self.lower.shape[0] :])

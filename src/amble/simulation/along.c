@@ -19,7 +19,7 @@ void amble_along(void (*evaluate)(void *), const Callee *callee, int samples, co
         memcpy(callee->state, states + (size_t)i * callee->n, callee->n * sizeof(double));
         /* a function that fails writes nothing: it must not look like its last value */
         for (int r = 0; r < callee->n_results; ++r)
-            if (callee->widths[r]) callee->results[r][0] = NAN;
+            for (int j = 0; j < callee->widths[r]; ++j) callee->results[r][j] = NAN;
         evaluate(callee->handle);
         for (int r = 0; r < callee->n_results; ++r) {
             const size_t width = callee->widths[r];

@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from amble.errors import InputError
 from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
 from amble.types import NodeValues, Vector
 
@@ -50,11 +51,25 @@ class Bound:
         return tuple(result.copy() for result in self.results)
 
     def along(self, clock: Vector, state: NodeValues) -> tuple[NodeValues, ...]:
-        """Return all results at many samples, each (n, width)."""
+        """Return all results at many samples, each (n, width).
+
+        Args:
+            clock: (n,), s.
+            state: (n, n_x).
+
+        Raises:
+            InputError: where the shapes do not fit.
+        """
+        clock, state = (np.ascontiguousarray(values, dtype=np.float64) for values in (clock, state))
+        if clock.ndim != 1 or state.shape != (clock.size, self.state.size):
+            raise InputError(
+                f"samples have clocks of shape {clock.shape} and states of shape {state.shape}, "
+                f"not (n,) and (n, {self.state.size})"
+            )
         collected = tuple(np.empty((clock.size, result.size)) for result in self.results)
         library = load("along")
         if library is not None:
-            self._along(library.amble_along, np.ascontiguousarray(clock), np.ascontiguousarray(state), collected)
+            self._along(library.amble_along, clock, state, collected)
             return collected
         for row in range(clock.size):
             self._call(clock[row], state[row])
@@ -85,12 +100,20 @@ class Bound:
         self.clock[0] = clock
         self.state[:] = state
         for result in self.results:
-            result[:1] = np.nan  # a function that fails writes nothing: it must not look like its last value
+            result[:] = np.nan  # a function that fails writes nothing: it must not look like its last value
         self.evaluate()
 
 
 def bind(function: ca.Function, parameters: Vector) -> Bound:
-    """Bind a function (t, x, p) to the value of p."""
+    """Bind a function (t, x, p) to the value of p.
+
+    Raises:
+        InputError: where p has another size.
+    """
+    if function.numel_in(2) != np.size(parameters):
+        raise InputError(
+            f"function '{function.name()}' takes {function.numel_in(2)} parameters, not {np.size(parameters)}"
+        )
     dense = _dense(function)
     buffer, evaluate = dense.buffer()
     clock, state, values = np.zeros(1), np.zeros(dense.numel_in(1)), np.array(parameters, dtype=np.float64)

@@ -131,10 +131,7 @@ def stabilization(
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
     """
-    if method not in ("bilinear", "descent"):
-        raise UnknownNameError("method", method, ["bilinear", "descent"])
-    if not 0.0 < target < 1.0:
-        raise InputError(f"the target radius is {target:g}; a stable orbit has a radius between 0 and 1")
+    _require(method, target)
     began = time.perf_counter()
     tell = doing or (lambda _: None)
     tell("orbit of the closed loop")
@@ -168,6 +165,13 @@ def stabilization(
         raise NotStabilizedError(search.explain(theta, steps[-1].radius, free, reason))
     spent = time.perf_counter() - began
     return Stabilized(search.gait_with(theta), tuple(steps), reason, search.weighting.size, method, spent)
+
+
+def _require(method: str, target: float) -> None:
+    if method not in ("bilinear", "descent"):
+        raise UnknownNameError("method", method, ["bilinear", "descent"])
+    if not 0.0 < target < 1.0:
+        raise InputError(f"the target radius is {target:g}; a stable orbit has a radius between 0 and 1")
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,8 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2) -> Gait:
     """Return the gait with ``factor`` times as many intervals.
 
     Limits are not imposed again: where the gait runs along one, a new node may lie outside by as much as the motion
-    did between the old ones. The solver's report stays that of the optimisation, but for objective and violation.
+    did between the old ones. The solver's report and multipliers stay those of the optimisation, but for objective and
+    violation.
 
     Args:
         problem: the problem that the gait solves.
@@ -134,4 +135,4 @@ def _solution(program: GaitProgram, gait: Gait, x: Vector) -> Solution:
         violation=float(np.abs(values[equal] - nlp.lower[equal]).max()),
         objective=float(cost),
     )
-    return Solution(x, None, report, violated_rows(program, x, values))
+    return Solution(x, gait.multipliers, report, violated_rows(program, x, values))
