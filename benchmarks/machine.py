@@ -19,10 +19,18 @@ def describe() -> str:
     lines = [
         f"processor: {_processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}",
         f"python: {platform.python_version()}, amble {amble.__version__}, "
-        + ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES),
+        + ", ".join(f"{name} {version}" for name in PACKAGES if (version := _version(name))),
         f"compiler: {tool.version if tool else 'none'}",
     ]
     return "\n".join(lines)
+
+
+def _version(package: str) -> str | None:
+    """Version of a package; None where it is not installed, as the baselines' are not for most benchmarks."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
 
 
 def _processor() -> str:
