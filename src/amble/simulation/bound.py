@@ -5,6 +5,7 @@ A call through casadi's buffers costs a microsecond where the ordinary one, whic
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from amble.errors import InputError
+from amble.simulation.faults import may_throw
 from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
 from amble.types import NodeValues, Vector
 
@@ -36,7 +38,10 @@ ARGUMENTS = (
 
 @dataclass(frozen=True)
 class Bound:
-    """A function with its parameters, and the arrays that casadi reads and writes at every call."""
+    """A function with its parameters, and the arrays that casadi reads and writes at every call.
+
+    ``throws`` says that the function may fail by an exception; where it does, its results are not numbers.
+    """
 
     buffer: ca.FunctionBuffer
     evaluate: Any
@@ -44,6 +49,7 @@ class Bound:
     state: Vector
     parameters: Vector
     results: tuple[Vector, ...]
+    throws: bool
 
     def __call__(self, clock: float, state: Vector) -> tuple[Vector, ...]:
         """Return all results of the function, flat."""
@@ -67,7 +73,7 @@ class Bound:
                 f"not (n,) and (n, {self.state.size})"
             )
         collected = tuple(np.empty((clock.size, result.size)) for result in self.results)
-        library = load("along")
+        library = None if self.throws else load("along")
         if library is not None:
             self._along(library.amble_along, clock, state, collected)
             return collected
@@ -101,7 +107,8 @@ class Bound:
         self.state[:] = state
         for result in self.results:
             result[:] = np.nan  # a function that fails writes nothing: it must not look like its last value
-        self.evaluate()
+        with contextlib.suppress(RuntimeError):
+            self.evaluate()
 
 
 def bind(function: ca.Function, parameters: Vector) -> Bound:
@@ -124,7 +131,7 @@ def bind(function: ca.Function, parameters: Vector) -> Bound:
     for position, array in enumerate(results):
         if array.size:
             buffer.set_res(position, array.data)
-    return Bound(buffer, evaluate, clock, state, values, results)
+    return Bound(buffer, evaluate, clock, state, values, results, may_throw(dense))
 
 
 def _dense(function: ca.Function) -> ca.Function:

@@ -25,7 +25,7 @@ LOOKS = 4
 
 FELL = "fell"
 TOO_LONG = "reached no guard"
-STUCK = "cannot go on (its rate is not a number, grows without bound or is too stiff)"
+STUCK = "cannot go on (its rate is not a number or fails, grows without bound or is too stiff)"
 
 
 @dataclass(frozen=True)

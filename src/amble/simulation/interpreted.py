@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from amble.hybrid.system import numeric
@@ -61,10 +62,16 @@ class InterpretedFlow:
         return None
 
     def _rate(self, clock: float, state: Vector) -> Vector:
-        return numeric(self.course.field(clock, state, self.course.parameters))
+        return numeric(self._evaluated(self.course.field, clock, state))
 
     def _value(self, item: Watched, clock: float, state: Vector) -> float:
-        return item.direction * float(item.function(clock, state, self.course.parameters))
+        return item.direction * float(self._evaluated(item.function, clock, state))
+
+    def _evaluated(self, function: ca.Function, clock: float, state: Vector) -> Any:
+        try:
+            return function(clock, state, self.course.parameters)
+        except RuntimeError:  # a solver inside did not converge, an assertion does not hold
+            raise FloatingPointError from None
 
     def _look(self, piece: Any, values: Vector) -> tuple[int, float] | None:
         """Look at the guards along a step, keeping their last values; returns the first crossing (guard, clock)."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from amble.errors import WorkError
 from amble.simulation.bound import Bound, bind
+from amble.simulation.faults import may_throw
 from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Course, Flow, Passage
 from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
 from amble.simulation.tableau import dop853
@@ -78,7 +79,9 @@ class NativeFlow:
 
 
 def prepare(course: Course) -> Flow | None:
-    """Prepare a flow; None where ``library.load`` finds no library."""
+    """Prepare a flow; None where ``library.load`` finds no library or a function might throw."""
+    if any(may_throw(function) for function in (course.field, *(item.function for item in course.watched))):
+        return None
     library = load("dormand_prince")
     if library is None:
         return None
