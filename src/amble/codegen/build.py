@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import functools
 import logging
-import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -18,7 +16,7 @@ from pathlib import Path
 
 import casadi as ca
 
-from amble.codegen.cache import content_key, fallback_folder, intact, locked, seal, writable_folder
+from amble.codegen.cache import content_key, fallback_folder, intact, kept, writable_folder
 from amble.codegen.compiler import FLAGS, Compiler, compiler
 from amble.codegen.parts import cut_into_parts
 from amble.errors import InputError, UnknownNameError
@@ -204,17 +202,13 @@ def _build(library: Path, text: str, tool: Compiler) -> Path:
 
 
 def _build_in(library: Path, text: str, tool: Compiler) -> Path:
-    name, _, key = library.stem.rpartition("-")
-    with locked(library.parent, key), tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as work:
-        if intact(library):
-            return library
-        logger.info("compiling %s ...", name)
-        source, output = Path(work, f"{name}.c"), Path(work, f"{name}.so")
+    def build(output: Path) -> None:
+        logger.info("compiling %s ...", output.stem)
+        source = output.with_suffix(".c")
         source.write_text(text)
         tool.build(source, output)
-        seal(output)
-        os.replace(output, library)
-    return library
+
+    return kept(library, build)
 
 
 def _interpreted(units: Sequence[Unit], reason: str) -> dict[str, dict[str, ca.Function]]:

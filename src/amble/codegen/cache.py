@@ -15,7 +15,7 @@ import logging
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 try:
@@ -61,6 +61,25 @@ def intact(library: Path) -> bool:
         return False
     body, mark, digest = data[: -len(SEAL) - 32], data[-len(SEAL) - 32 : -32], data[-32:]
     return mark == SEAL and hashlib.sha256(body).digest() == digest
+
+
+def kept(library: Path, build: Callable[[Path], None]) -> Path:
+    """Return a library of the cache, built first where it is not there; one process at a time builds it.
+
+    Args:
+        library: ``NAME-KEY.so`` in a folder that can be written.
+        build: writes the library to the path that it is given, NAME.so in a folder of its own.
+    """
+    name, _, key = library.stem.rpartition("-")
+    if intact(library):
+        return library
+    with locked(library.parent, key), tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as work:
+        if not intact(library):  # else another process was faster
+            output = Path(work, f"{name}.so")
+            build(output)
+            seal(output)
+            os.replace(output, library)
+    return library
 
 
 def writable_folder() -> Path:

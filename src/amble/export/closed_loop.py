@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from dataclasses import replace
 from importlib import resources
@@ -11,11 +10,11 @@ from pathlib import Path
 import casadi as ca
 
 from amble.codegen import compile_all, compiler
-from amble.codegen.cache import content_key, intact, locked, seal, writable_folder
+from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw
 from amble.errors import WorkError
-from amble.export.controller import Exported, export_controller
+from amble.export.controller import export_controller
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.hybrid import Domain, HybridSystem, Stance, constrained_dynamics
@@ -98,18 +97,8 @@ def _library(gait: Gait, law: AllocationLaw | None, tool: Compiler) -> Path:
         source.write_text(_interface(len(gait.pattern.stances)))
         texts = [path.read_text() for path in (source, *exported.sources, exported.folder / "amble_controller.h")]
         key = content_key([*texts, tool.path, tool.version, *FLAGS])
-        library = folder / f"controller-{key}.so"
-        if not intact(library):
-            with locked(folder, key):
-                _build(exported, source, library, tool)
-    return library
-
-
-def _build(exported: Exported, source: Path, library: Path, tool: Compiler) -> None:
-    output = source.with_suffix(".so")
-    tool.build(source, output, (*FLAGS, *(str(path) for path in exported.sources)))
-    seal(output)
-    os.replace(output, library)
+        flags = (*FLAGS, *(str(path) for path in exported.sources))
+        return kept(folder / f"controller-{key}.so", lambda output: tool.build(source, output, flags))
 
 
 def _interface(stances: int) -> str:

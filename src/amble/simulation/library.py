@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 
-from amble.codegen.cache import content_key, intact, locked, seal, writable_folder
+from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler, compiler
 from amble.types import NodeValues
 
@@ -73,12 +71,4 @@ def _built(name: str, tool: Compiler) -> Path:
     source = Path(__file__).with_name(f"{name}.c")
     folder = writable_folder()
     key = content_key([source.read_text(), tool.path, tool.version, *FLAGS])
-    library = folder / f"{name}-{key}.so"
-    if intact(library):
-        return library
-    with locked(folder, key), tempfile.TemporaryDirectory(dir=folder, prefix="build-") as work:
-        output = Path(work, f"{name}.so")
-        tool.build(source, output, FLAGS)
-        seal(output)
-        os.replace(output, library)
-    return library
+    return kept(folder / f"{name}-{key}.so", lambda output: tool.build(source, output, FLAGS))
