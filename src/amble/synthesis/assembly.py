@@ -79,6 +79,10 @@ class Program:
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
 
+    def excess(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far each row of g lies outside its bounds; zero inside."""
+        return np.maximum(np.maximum(self.lower - values, values - self.upper), 0.0)
+
 
 @dataclass(frozen=True)
 class _Pieces:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from amble.hybrid import Stance, Switch
 from amble.maths.collocation import HERMITE_SIMPSON, node_positions
 from amble.synthesis.problem import GaitProblem
+from amble.types import NodeValues, Vector
 
 Index = NDArray[np.int64]
 
@@ -120,3 +121,9 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
     return DomainLayout(
         stance, switch, phases, duration=duration, coefficients=coefficients, impulse=impulse, **stacked
     )
+
+
+def resampled(samples: NodeValues, phases: Vector, wanted: Vector) -> NodeValues:
+    """Interpolate samples linearly from some phases to others, (wanted, width)."""
+    columns = [np.interp(wanted, phases, column) for column in samples.T]
+    return np.array(columns).T.reshape(wanted.size, -1)

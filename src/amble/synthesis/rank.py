@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.errors import NotSolvedError, Row
+from amble.synthesis.layout import resampled
 from amble.synthesis.program import GaitProgram, build_program
 
 SMALLEST = 1e-7
@@ -63,10 +64,7 @@ def on_coarse_mesh(program: GaitProgram, natural: NDArray[np.float64]) -> tuple[
     thin = np.zeros(coarse.layout.size)
     for here, there in zip(program.layout.domains, coarse.layout.domains, strict=True):
         for kind in ("q", "v", "a", "u", "force"):
-            columns = natural[getattr(here, kind)].T
-            thin[getattr(there, kind)] = np.array(
-                [np.interp(there.phases, here.phases, column) for column in columns]
-            ).T.reshape(there.nodes, -1)
+            thin[getattr(there, kind)] = resampled(natural[getattr(here, kind)], here.phases, there.phases)
         for kind in ("duration", "coefficients", "impulse"):
             thin[getattr(there, kind)] = natural[getattr(here, kind)]
     thin[coarse.layout.period] = natural[program.layout.period]

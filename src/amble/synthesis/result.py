@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from amble import __version__
 from amble.errors import InputError
 from amble.gait import DomainTrajectory, Gait
-from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.layout import DomainLayout, Layout, resampled
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.solve import Solution
 from amble.types import frozen
@@ -63,8 +63,7 @@ def from_gait(gait: Gait, layout: Layout) -> NDArray[np.float64]:
             "force": known.forces,
         }
         for kind, samples in kinds.items():
-            columns = [np.interp(domain.phases, phases, column) for column in samples.T]
-            start[getattr(domain, kind)] = np.array(columns).T
+            start[getattr(domain, kind)] = resampled(samples, phases, domain.phases)
     start[layout.period] = sum(known.duration for known in gait.domains)
     return start
 

@@ -152,7 +152,7 @@ def _rows(
 def _solution(program: GaitProgram, result: Any, stats: dict[str, Any], seconds: float) -> Solution:
     variables, values = (np.array(result[key]).ravel() for key in ("x", "g"))
     nlp = program.program
-    violation = float(np.max(np.maximum(np.maximum(nlp.lower - values, values - nlp.upper), 0.0)))
+    violation = float(np.max(nlp.excess(values)))
     report = SolverReport(
         "ipopt",
         str(stats["return_status"]),

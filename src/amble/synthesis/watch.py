@@ -95,6 +95,6 @@ class Watch(ca.Callback):
     def _report(self, progress: Progress, values: dict[str, ca.DM]) -> None:
         nlp = self._program.program
         g = np.array(values["g"]).ravel()
-        excess = np.maximum(np.maximum(nlp.lower - g, g - nlp.upper), 0.0)
+        excess = nlp.excess(g)
         worst = int(np.argmax(excess))
         progress(Iteration(self._count, float(values["f"]), float(excess[worst]), nlp.row_names[worst]))
