@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -9,14 +11,13 @@ import pytest
 from amble.control.feedforward import (
     LATEST_PHASE,
     Feedforward,
-    desired,
     pack,
     required_output_acceleration,
     unseen_directions,
 )
 from amble.errors import InputError
 from amble.maths.bezier import evaluate
-from amble.types import Matrix
+from amble.types import Matrix, Vector
 
 WEIGHTS = np.eye(2, 4)
 
@@ -71,29 +72,38 @@ def test_the_required_acceleration_is_the_output_dynamics_written_out() -> None:
         np.testing.assert_allclose(ours, expected, atol=1e-13 * np.abs(expected).max() * kp)  # cancellation of K_p q
 
 
-def curves() -> tuple[ca.Function, Matrix]:
-    """(t, p) -> y_d, y_d', y_d'', with its references."""
+def curves() -> tuple[Callable[[float], list[Vector]], Matrix]:
+    """Clock -> y_d, y_d', y_d'' as the required acceleration at rest contains them, with its references."""
     references, t = np.random.default_rng(8).normal(size=(4, 6)), ca.SX.sym("t")
-    feedforward = Feedforward.symbols(2, 4, 5)
-    return ca.Function("desired", [t, feedforward.packed()], list(desired(t, feedforward))), references
+    feedforward, rest = Feedforward.symbols(2, 4, 5), ca.SX.zeros(7)
+    function = ca.Function(
+        "required", [t, feedforward.packed()], [required_output_acceleration(rest, rest, t, feedforward)]
+    )
+
+    def desired(time: float) -> list[Vector]:
+        second, value, rate = (
+            np.asarray(function(time, pack(0.4, gains, references, WEIGHTS))).ravel()
+            for gains in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+        )
+        return [value - second, rate - second, second]
+
+    return desired, references
 
 
 def test_the_desired_motion_is_its_bezier_curve() -> None:
     function, references = curves()
-    p = pack(0.4, (1.0, 1.0), references, WEIGHTS)
     for t in np.linspace(0.0, 0.4 * LATEST_PHASE, 9):
         value, first, second = (part[0] for part in evaluate(references, np.array([t / 0.4])))
-        for ours, theirs in zip(function(t, p), (value, first / 0.4, second / 0.16), strict=True):
-            np.testing.assert_allclose(np.asarray(ours).ravel(), theirs, atol=ROUNDING)
+        for ours, theirs in zip(function(t), (value, first / 0.4, second / 0.16), strict=True):
+            np.testing.assert_allclose(ours, theirs, atol=ROUNDING)
 
 
 def test_after_its_end_the_desired_motion_keeps_its_acceleration() -> None:
-    function, references = curves()
-    p = pack(0.4, (1.0, 1.0), references, WEIGHTS)
+    function, _ = curves()
     end = 0.4 * LATEST_PHASE
-    value, rate, second = (np.asarray(part).ravel() for part in function(end, p))
+    value, rate, second = function(end)
     for late in (0.01, 0.2):
-        later = [np.asarray(part).ravel() for part in function(end + late, p)]
+        later = function(end + late)
         np.testing.assert_allclose(later[0], value + rate * late + 0.5 * second * late**2, atol=ROUNDING)
         np.testing.assert_allclose(later[1], rate + second * late, atol=ROUNDING)
         np.testing.assert_allclose(later[2], second, atol=ROUNDING)

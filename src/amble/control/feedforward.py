@@ -86,16 +86,6 @@ def unseen_directions(weights: Matrix) -> Matrix:
     return basis[matrix.shape[0] :].T
 
 
-def desired(time: ca.SX, feedforward: Feedforward) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Return y_d and its first two time derivatives, (n_a,) each.
-
-    After ``LATEST_PHASE`` the curve goes on with its last acceleration, so that a late touchdown meets a
-    twice differentiable reference instead of a polynomial far outside its range.
-    """
-    value, rate, second = (feedforward.references @ row for row in _basis(time, feedforward))
-    return value, rate, second
-
-
 def required_output_acceleration(q: ca.SX, v: ca.SX, time: ca.SX, feedforward: Feedforward) -> ca.SX:
     """Return w with y_a'' = w for every coordinate of y_a when its own error obeys the output dynamics, (n_a,).
 
@@ -107,7 +97,11 @@ def required_output_acceleration(q: ca.SX, v: ca.SX, time: ca.SX, feedforward: F
 
 
 def _basis(time: ca.SX, feedforward: Feedforward) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Bernstein polynomials as functions of time, with their first two derivatives, (order + 1,) each."""
+    """Bernstein polynomials as functions of time, with their first two derivatives, (order + 1,) each.
+
+    After ``LATEST_PHASE`` they go on with their last second derivative, so that a late touchdown meets a twice
+    differentiable reference instead of a polynomial far outside its range.
+    """
     T = feedforward.duration
     phase = time / T
     inside = ca.fmin(phase, LATEST_PHASE)

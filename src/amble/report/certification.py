@@ -89,7 +89,7 @@ def identity(gait: Gait) -> Json:
     """Return which gait it is: the hash of its content, and the names that a reader knows it by; m/s."""
     tree = gait_tree(gait)
     return {
-        "content_hash": content_hash(gait),
+        "content_hash": _hash(tree),
         "name": gait.pattern.name,
         "robot": gait.robot.name,
         "robot_hash": gait.robot.hash,
@@ -100,5 +100,8 @@ def identity(gait: Gait) -> Json:
 
 def content_hash(gait: Gait) -> str:
     """Return the SHA-256 of what determines the closed loop and what it is held against; not of how it was found."""
-    tree = gait_tree(gait)
+    return _hash(gait_tree(gait))
+
+
+def _hash(tree: Json) -> str:
     return hashlib.sha256(dumps({part: tree[part] for part in CONTENT}).encode()).hexdigest()

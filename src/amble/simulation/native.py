@@ -10,7 +10,6 @@ import numpy as np
 
 from amble.errors import WorkError
 from amble.simulation.bound import Bound, bind
-from amble.simulation.faults import may_throw
 from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Course, Flow, Passage
 from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
 from amble.simulation.tableau import dop853
@@ -80,15 +79,15 @@ class NativeFlow:
 
 def prepare(course: Course) -> Flow | None:
     """Prepare a flow; None where ``library.load`` finds no library or a function might throw."""
-    if any(may_throw(function) for function in (course.field, *(item.function for item in course.watched))):
-        return None
     library = load("dormand_prince")
     if library is None:
         return None
-    routine = library.amble_flow
-    routine.argtypes, routine.restype = ARGUMENTS, ctypes.c_int
     followed = bind(course.field, course.parameters)
     watched = [bind(item.function, course.parameters) for item in course.watched]
+    if any(bound.throws for bound in (followed, *watched)):
+        return None
+    routine = library.amble_flow
+    routine.argtypes, routine.restype = ARGUMENTS, ctypes.c_int
     field, guards = _callee(followed), (_Callee * len(watched))(*map(_callee, watched))
     sign = np.array([float(item.direction) for item in course.watched])
     first = np.array([max(item.earliest, RESOLUTION) for item in course.watched])

@@ -140,15 +140,12 @@ def stabilization(
     steps = [search.accepted(0, theta, 0.0, began)]
     _tell(progress, steps[-1])
     reason = f"{most_steps} steps taken"
-    while len(steps) <= most_steps and steps[-1].radius > target:
-        if length < SHORTEST_STEP:
-            reason = "no step reduces the radius any more"
-            break
+    while len(steps) <= most_steps and steps[-1].radius > target and length >= SHORTEST_STEP:
         try:
             proposed = search.propose(method, theta, length)
             if method == "descent" and not search.gains(theta, proposed):
-                reason = "no step reduces the radius any more"
-                break
+                length = 0.0
+                continue
             step = search.accepted(len(steps), proposed, float(np.linalg.norm(proposed - theta)), began)
         except WorkError as error:  # the closed loop fell, did not close, or the step's own problem failed: step back
             reason, length = str(error), 0.25 * length
@@ -159,6 +156,8 @@ def stabilization(
         steps.append(step)
         _tell(progress, step)
         theta, length = proposed, min(2.0 * length, LARGEST_STEP)
+    if length < SHORTEST_STEP:
+        reason = "no step reduces the radius any more"
     if steps[-1].radius <= target:
         reason = f"the target {target:g} is reached"
     if steps[-1].radius >= 1.0:
