@@ -44,7 +44,9 @@ class DomainTrajectory:
 
 @dataclass(frozen=True)
 class Feedback:
-    """Outputs re-weighted for stability: y = H (y_a - y_d), y_a = (roll, pitch, yaw, joints) (theory.md, section 6).
+    """Outputs re-weighted for stability: y = H (y_a - y_d) (docs/theory/virtual-constraints.md, eq. 1).
+
+    y_a = (roll, pitch, yaw, joints).
 
     Attributes:
         references: solved domain -> Bezier coefficients of y_d on the closed loop's own orbit, (n_a, order + 1).
