@@ -2,6 +2,7 @@
 
 A citation is ``docs/theory/PAGE.md``, optionally followed by equations ("eq. 5", "eq. 12 to 17 and 20") or sections
 ("section 2", "sections 1 and 2"); in the documentation it may be a link to the page. Line breaks may fall anywhere.
+"(eq. 5)" alone means the one page that the file cites.
 """
 
 from __future__ import annotations
@@ -25,6 +26,10 @@ NUMBERS = r"\d+(?:(?: to |, | and |, and )\d+)*"
 TAIL = rf"(?:,?\s(?:eq\. (?P<equations>{NUMBERS})|sections? (?P<sections>{NUMBERS})))?"
 PLAIN = re.compile(rf"(?<![\w/])docs/theory/(?P<page>[\w.-]+\.md){TAIL}")
 LINK = re.compile(rf"\]\((?P<path>[\w./-]+\.md)(?P<anchor>#[\w-]*)?\){TAIL}")
+SHORT = re.compile(rf"\(eq\. (?P<equations>{NUMBERS})\)")
+MISSPELT = re.compile(r",?\s\(?(?:eqs?\b|[Ee]quation|Eq|sect?\b|Section|§)")
+"""What follows a page where somebody meant a number and wrote it in a way that nothing resolves."""
+
 BARE = re.compile(r"(?<![\w/-])theory\.md")
 OWN_EQUATION = re.compile(r"(?<!\w)\((\d+)\)")
 OWN_SECTIONS = re.compile(rf"\bsections? ({NUMBERS})")
@@ -98,7 +103,13 @@ def test_a_page_refers_to_what_it_holds(name: str) -> None:
         ("as in theory" + ".md, section 1", "theory" + ".md"),
         ("[the page](theory/page.md), eq. 7", "equation 7"),
         ("[the page](theory/page.md#1-heading)", "anchor"),
-        ("[elsewhere](https.md)", ""),
+        ("docs/theory/page.md, equation 1", "write"),
+        ("docs/theory/page.md (Eq. 1)", "write"),
+        ("by docs/theory/page.md it holds (eq. 1 and 2)", ""),
+        ("by docs/theory/page.md it holds (eq. 3)", "equation 3"),
+        ("holds (eq. 1)", "names no page"),
+        ("[notation](notation.md), [code](https://example.org/code.md)", ""),
+        ("[elsewhere](nowhere.md)", "nowhere.md"),
     ],
 )
 def test_a_dangling_citation_is_found(text: str, complaint: str) -> None:
@@ -120,11 +131,23 @@ def dangling(text: str, folder: str, pages: dict[str, Page]) -> list[str]:
     wrong = [f"{match.group()} has no folder" for match in BARE.finditer(flat)]
     for match in PLAIN.finditer(flat):
         wrong += _missing(match, match["page"], pages)
+    wrong += _short(flat, pages)
     for match in LINK.finditer(flat):
         place = (ROOT / folder / match["path"]).resolve()
-        if place.parent == ROOT / THEORY:
+        if place.parent != ROOT / THEORY:
+            wrong += [] if place.is_file() else [f"{match.group()}: there is no file {match['path']}"]
+        else:
             wrong += _missing(match, place.name, pages)
             wrong += [f"{match.group()}: cite by number, not by anchor"] if match["anchor"] else []
+    return wrong
+
+
+def _short(flat: str, pages: dict[str, Page]) -> list[str]:
+    """Equations without a page."""
+    named = {match["page"] for match in PLAIN.finditer(flat)}
+    wrong = []
+    for match in SHORT.finditer(flat):
+        wrong += _missing(match, named.copy().pop(), pages) if len(named) == 1 else [f"{match.group()} names no page"]
     return wrong
 
 
@@ -132,8 +155,12 @@ def _missing(match: re.Match[str], name: str, pages: dict[str, Page]) -> list[st
     if name not in pages:
         return [f"{match.group()}: there is no page {name}"]
     page = pages[name]
-    wrong = [(f"equation {k}", k in page.equations) for k in _listed(match["equations"])]
-    wrong += [(f"section {k}", k in page.sections) for k in _listed(match["sections"])]
+    if match.re is not SHORT and match["equations"] is None and match["sections"] is None:
+        after = MISSPELT.match(match.string, match.end())
+        return [f"{match.group()}{after.group()}: write 'eq. N' or 'section N'"] if after else []
+    numbers = match.groupdict()
+    wrong = [(f"equation {k}", k in page.equations) for k in _listed(numbers["equations"])]
+    wrong += [(f"section {k}", k in page.sections) for k in _listed(numbers.get("sections"))]
     return [f"{match.group()}: {name} has no {what}" for what, there in wrong if not there]
 
 
