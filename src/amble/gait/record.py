@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from amble.control import AllocationLaw, Outputs
 from amble.gait.limits import Limits
 from amble.hybrid import GaitPattern
+from amble.names import check_name
 from amble.robot import Robot
 from amble.types import Matrix, NodeValues, Vector
 
@@ -74,6 +75,11 @@ class SolverReport:
     violation: float
     objective: float
 
+    def __post_init__(self) -> None:
+        """Check the texts."""
+        check_name("solver", self.solver)
+        check_name("solver's status", self.status)
+
 
 @dataclass(frozen=True)
 class Multipliers:
@@ -117,6 +123,12 @@ class Gait:
     feedback: Feedback | None
     versions: Mapping[str, str]
     multipliers: Multipliers | None = None
+
+    def __post_init__(self) -> None:
+        """Check the texts that the records inside do not."""
+        for package, version in self.versions.items():
+            check_name("package", package)
+            check_name("version", version)
 
     @property
     def robot(self) -> Robot:

@@ -12,6 +12,7 @@ from amble.errors import InputError
 from amble.hybrid import selection, stance_bias, stance_jacobian
 from amble.maths.bezier import bezier
 from amble.maths.collocation import HERMITE_SIMPSON, node_weights
+from amble.names import identifier
 from amble.robot import dynamics, kinematics
 from amble.synthesis.assembly import Block
 from amble.synthesis.bounds import MARGIN
@@ -87,7 +88,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     common = np.concatenate([domain.duration, domain.coefficients, layout.period])
     columns = np.hstack([domain.q, domain.v, domain.a, domain.u, domain.force, np.tile(common, (domain.nodes, 1))])
     return Block(
-        f"node_{domain.stance.name}",
+        f"node_{identifier(domain.stance.name)}",
         variables,
         ca.vertcat(phase, weight),
         parameters.packed(),
