@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+
+from amble.gait import Gait, Limits
 
 FRAGMENTS = (
     *("*/", "/*", "//", "??/", "??=", "\\", "*", "/", "?", "\n", "\r\n", "\t", "\0", "\x1b[31m", "\x7f", "\u2028"),
@@ -31,3 +35,47 @@ ATTACK_ON_ONE_LINE = (
     f'*/__attribute__((constructor))static void f(void){{int system(const char*);if(system(">{MARKER}")){{}}}}/*'
 )
 """Names that end a comment of C and begin another; the second keeps the rule for names."""
+
+
+def with_names(gait: Gait, random: np.random.Generator) -> Gait:
+    """The same gait under other names, hostile but allowed: robot, joints, feet, pattern."""
+    robot = gait.robot
+
+    def drawn(names: tuple[str, ...]) -> dict[str, str]:
+        found: list[str] = []
+        while len(found) < len(names):
+            name = hostile_name(random)
+            if allowed(name) and name not in (*found, "x", "roll") and not name.startswith("rate of "):
+                found.append(name)
+        return dict(zip(names, found, strict=True))
+
+    joints, feet = drawn(robot.joint_names), drawn(robot.foot_names)
+    title, pattern = drawn(("robot", "gait")).values()
+    changed = replace(
+        robot,
+        name=title,
+        joints=tuple(replace(joint, name=joints[joint.name]) for joint in robot.joints),
+        feet=tuple(replace(foot, name=feet[foot.name]) for foot in robot.feet),
+        twins=tuple((feet[left], feet[right]) for left, right in robot.twins),
+    )
+    stances = tuple(replace(stance, feet=tuple(feet[foot] for foot in stance.feet)) for stance in gait.pattern.stances)
+    limits = gait.limits
+    return replace(
+        gait,
+        pattern=replace(gait.pattern, robot=changed, stances=stances, name=pattern),
+        outputs=replace(
+            gait.outputs,
+            domains=tuple(
+                replace(domain, coordinates=tuple(joints[name] for name in domain.coordinates))
+                for domain in gait.outputs.domains
+            ),
+        ),
+        limits=Limits(
+            **{
+                **vars(limits),
+                "positions": {joints.get(name, name): pair for name, pair in limits.positions.items()},
+                "speeds": {joints[name]: value for name, value in limits.speeds.items()},
+                "torques": {joints[name]: value for name, value in limits.torques.items()},
+            }
+        ),
+    )

@@ -89,7 +89,11 @@ def changed(robot: Robot, kind: str, name: str) -> Robot:
 def test_the_robot_refuses_names_whatever_road_they_come_by(stabilised_gait: Gait, kind: str) -> None:
     robot = stabilised_gait.robot
     assert getattr(changed(robot, kind, "*/ new"), kind)[0].name == "*/ new"
-    for name in ("a\nb", getattr(robot, kind)[1].name, *(("roll", "rate of x") if kind == "joints" else ())):
+    for name in (
+        "a\nb",
+        getattr(robot, kind)[1].name,
+        *(("roll", "rate of x", "acceleration of x") if kind == "joints" else ()),
+    ):
         with pytest.raises(InputError, match=r"the name of a|is called") as caught:
             changed(robot, kind, name)
         assert one_sentence(caught.value)
@@ -149,11 +153,11 @@ def test_hostile_texts_in_a_gait_file(stabilised_gait: Gait, tmp_path: Path) -> 
     gait = replace(stabilised_gait, multipliers=None)
     file, outcomes = tmp_path / "gait.json", {True: 0, False: 0}
     head = {"format": "amble gait", "format_version": 2, "versions": dict(gait.versions)}
-    for number, name in enumerate(drawn(2, 60)):
+    plain = json.loads(dumps({**head, **gait_tree(gait)}))
+    for number, name in enumerate(drawn(2, 40)):
         old = fields(gait)[number % len(fields(gait))]
         sound = allowed(name) and name not in (*fields(gait), "x", "roll") and not name.startswith("rate of ")
-        tree = json.loads(dumps({**head, **gait_tree(gait)}))
-        tree = renamed(tree, {old: name})
+        tree = renamed(plain, {old: name})
         if sound:
             tree = rehashed(tree, gait, {old: name})
         file.write_text(json.dumps(tree))
@@ -166,7 +170,7 @@ def test_hostile_texts_in_a_gait_file(stabilised_gait: Gait, tmp_path: Path) -> 
             with pytest.raises(InputError) as caught:
                 load_gait(file)
             assert one_sentence(caught.value)
-    assert min(outcomes.values()) > 12
+    assert min(outcomes.values()) > 8
 
 
 @pytest.mark.parametrize("place", ["status", "solver", "casadi", "law", "unit", "key"])
@@ -264,7 +268,7 @@ def test_hostile_labels_in_a_specification(stabilised_gait: Gait, tmp_path: Path
     file = tmp_path / "spec.toml"
     angles = ", ".join(f"{name} = 0.5" for name in stabilised_gait.robot.joint_names)
     posed, refused = 0, []
-    for number, name in enumerate(["fl", *drawn(5, 120)]):
+    for number, name in enumerate(["fl", *drawn(5, 90)]):
         place = "FL" if number % 3 == 0 else list(SOUND)[number % len(SOUND)]
         texts = {**SOUND, place: name}
         text = SPECIFICATION.replace("ANGLES", angles)
@@ -280,5 +284,5 @@ def test_hostile_labels_in_a_specification(stabilised_gait: Gait, tmp_path: Path
             posed += 1
             assert allowed(name)
             assert name in problem.pattern.robot.foot_names
-    assert posed > 9
+    assert posed > 6
     assert all(map(one_sentence, refused))

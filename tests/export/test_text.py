@@ -14,8 +14,7 @@ from amble.errors import InputError
 from amble.export import export_controller
 from amble.export.text import comment, filled
 from amble.gait import Gait
-from amble.gait.limits import Limits
-from tests.hostile import ATTACK, allowed, hostile_name
+from tests.hostile import ATTACK, hostile_name, with_names
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-Wtrigraphs", "-Wcomment")
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
@@ -58,54 +57,6 @@ def program(folder: Path) -> dict[str, str]:
         name: "\n".join(line for line in text.splitlines() if "#include" not in line) for name, text in texts.items()
     }
     return {name: preprocessed(text) if name.endswith((".c", ".h")) else text for name, text in alone.items()}
-
-
-def with_names(gait: Gait, random: np.random.Generator) -> Gait:
-    """The same gait under other names: robot, links, joints, feet, pattern.
-
-    Raises:
-        InputError: a name cannot be one.
-    """
-    robot = gait.robot
-
-    def drawn(names: tuple[str, ...]) -> dict[str, str]:
-        found: list[str] = []
-        while len(found) < len(names):
-            name = hostile_name(random)
-            if allowed(name) and name not in (*found, "x", "roll") and not name.startswith("rate of "):
-                found.append(name)
-        return dict(zip(names, found, strict=True))
-
-    joints, feet = drawn(robot.joint_names), drawn(robot.foot_names)
-    title, pattern = drawn(("robot", "gait")).values()
-    changed = replace(
-        robot,
-        name=title,
-        joints=tuple(replace(joint, name=joints[joint.name]) for joint in robot.joints),
-        feet=tuple(replace(foot, name=feet[foot.name]) for foot in robot.feet),
-        twins=tuple((feet[left], feet[right]) for left, right in robot.twins),
-    )
-    stances = tuple(replace(stance, feet=tuple(feet[foot] for foot in stance.feet)) for stance in gait.pattern.stances)
-    limits = gait.limits
-    return replace(
-        gait,
-        pattern=replace(gait.pattern, robot=changed, stances=stances, name=pattern),
-        outputs=replace(
-            gait.outputs,
-            domains=tuple(
-                replace(domain, coordinates=tuple(joints[name] for name in domain.coordinates))
-                for domain in gait.outputs.domains
-            ),
-        ),
-        limits=Limits(
-            **{
-                **vars(limits),
-                "positions": {joints.get(name, name): pair for name, pair in limits.positions.items()},
-                "speeds": {joints[name]: value for name, value in limits.speeds.items()},
-                "torques": {joints[name]: value for name, value in limits.torques.items()},
-            }
-        ),
-    )
 
 
 @needs_compiler

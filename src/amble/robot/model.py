@@ -21,8 +21,8 @@ BASE_COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 """The base as a serial chain: prismatic along world x, y, z, then revolute about X, Y', Z''; R = Rx Ry Rz."""
 
 
-RATE = "rate of "
-"""Before the name of a coordinate: the name of its rate among the states."""
+RATE, ACCELERATION = "rate of ", "acceleration of "
+"""Before the name of a coordinate: the name of its derivative among states and rows."""
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,10 @@ class Joint:
     velocity: float
 
     def __post_init__(self) -> None:
-        """Check the name: a joint is a coordinate, beside those of the base and the rates of all."""
+        """Check the name: a joint is a coordinate, beside those of the base and the derivatives of all."""
         check_name("joint", self.name)
-        if self.name in BASE_COORDINATES or self.name.startswith(RATE):
-            raise InputError(f"a joint is called '{self.name}', which is the name of another coordinate or rate")
+        if self.name in BASE_COORDINATES or self.name.startswith((RATE, ACCELERATION)):
+            raise InputError(f"a joint is called '{self.name}', which is the name of another coordinate or derivative")
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from amble.maths.bezier import bezier
 from amble.maths.collocation import HERMITE_SIMPSON, node_weights
 from amble.names import identifier
 from amble.robot import dynamics, kinematics
+from amble.robot.model import ACCELERATION, RATE
 from amble.synthesis.assembly import Block
 from amble.synthesis.bounds import MARGIN
 from amble.synthesis.layout import DomainLayout, Layout
@@ -77,7 +78,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     labels = (
         [f"dynamics {name} (10 N)" for name in robot.coordinate_names]
         + [f"contact {foot} {axis}" for foot in feet for axis in "xyz"]
-        + [f"output {kind}{name}" for kind in ("", "rate of ", "acceleration of ") for name in coordinates]
+        + [f"output {kind}{name}" for kind in ("", RATE, ACCELERATION) for name in coordinates]
         + [f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])]
         + [f"friction {foot} {side} (10 N)" for foot in feet for side in ("+x", "-x", "+y", "-y")]
         + [f"height {foot}" for foot in swing]
