@@ -172,7 +172,7 @@ def test_references_of_another_orbit_are_refused(stabilised_gait: Gait, seed: in
 
 
 def test_a_trot_whose_front_feet_stand_in_the_air_is_refused_by_name() -> None:
-    """Both front knee references of a stabilised trot are moved by 0.08 rad: a stable orbit, 25 mm too high in front."""
+    """Both front knee references of a stabilised trot moved by 0.08 rad: a stable orbit, 25 mm too high in front."""
     gait = load_gait(TROT)
     names = refusal(gait)
     assert {"D1 fl height on the ground", "D2 fr height on the ground"} <= set(names)
