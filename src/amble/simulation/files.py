@@ -9,16 +9,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError
+from amble.simulation.netcdf import Variable, read_netcdf, write_netcdf
 from amble.simulation.trace import Event, Trace
 from amble.storage import replacing
-
-if TYPE_CHECKING:
-    import xarray
 
 FORMAT = "amble trace"
 FORMAT_VERSION = 1
@@ -41,14 +39,14 @@ def save_trace(trace: Trace, path: str | Path, units: Mapping[str, str] | None =
 
     Raises:
         UnknownNameError: where ``units`` names neither a state nor a signal of the trace.
-        InputError: where the file cannot be written there.
+        InputError: where the file cannot be written there, or a signal has a slash in its name.
     """
     known = dict(units or {})
     for name in known:
         if name not in trace.state_names and name not in trace.signals:
             raise UnknownNameError("state or signal", name, [*trace.state_names, *trace.signals])
     with replacing(path) as temporary:
-        _dataset(trace, known).to_netcdf(temporary, engine="h5netcdf")
+        write_netcdf(temporary, _variables(trace, known), _attributes(trace))
     return Path(path)
 
 
@@ -59,21 +57,18 @@ def load_trace(path: str | Path) -> Trace:
         InputError: in one sentence, where the file is missing, truncated, not a trace, or has numbers that are not
             finite where a trace has none.
     """
-    import xarray
-
     path = Path(path)
     if not path.is_file():
         raise InputError(f"trace file '{path}' does not exist")
     try:
-        with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as dataset:
-            dataset.load()
+        variables, attributes = read_netcdf(path)
     except (OSError, ValueError, KeyError, RuntimeError) as error:
         raise InputError(f"trace file '{path}' is not a netCDF file, or it is damaged") from error
-    if dataset.attrs.get("format") != FORMAT or int(dataset.attrs.get("format_version", 0)) != FORMAT_VERSION:
+    if attributes.get("format") != FORMAT or attributes.get("format_version") != FORMAT_VERSION:
         raise InputError(f"file '{path}' is not an {FORMAT} of version {FORMAT_VERSION}")
     try:
-        trace = _trace(dataset)
-        values = {name: dataset[name].values for name in FINITE}
+        trace = _trace(variables, attributes)
+        values = {name: variables[name].values for name in FINITE}
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"trace file '{path}' is not complete: {error}") from error
     for name, value in values.items():
@@ -82,31 +77,41 @@ def load_trace(path: str | Path) -> Trace:
     return trace
 
 
-def _dataset(trace: Trace, units: Mapping[str, str]) -> xarray.Dataset:
-    import xarray
-
+def _variables(trace: Trace, units: Mapping[str, str]) -> dict[str, Variable]:
     seconds = {"units": "s"}
     transitions = list(dict.fromkeys(event.transition for event in trace.events))
     size = len(trace.state_names)
     before, after = (
         np.array([getattr(event, side) for event in trace.events]).reshape(-1, size) for side in ("before", "after")
     )
+    times = np.array([event.time for event in trace.events], dtype=np.float64)
     numbers = np.array([transitions.index(event.transition) for event in trace.events], dtype=np.int64)
-    variables: dict[str, Any] = {
-        "time": ("sample", trace.time, seconds),
-        "clock": ("sample", trace.clock, {**seconds, "long_name": "time since the entry of the domain"}),
-        "domain": ("sample", trace.domain, {"domain_names": json.dumps(trace.domains)}),
-        "cycle": ("sample", trace.cycle),
-        "state": (("sample", "state"), trace.state, _state_attributes(trace, units)),
-        "event_time": ("event", np.array([event.time for event in trace.events], dtype=np.float64), seconds),
-        "event_transition": ("event", numbers, {"transition_names": json.dumps(transitions)}),
-        "event_before": (("event", "state"), before),
-        "event_after": (("event", "state"), after),
+    states = _state_attributes(trace, units)
+    sample, event = ("sample",), ("event",)
+    entry = {**seconds, "long_name": "time since the entry of the domain"}
+    variables = {
+        "time": _variable(sample, trace.time, seconds),
+        "clock": _variable(sample, trace.clock, entry),
+        "domain": _variable(sample, trace.domain, {"domain_names": json.dumps(trace.domains)}),
+        "cycle": _variable(sample, trace.cycle, {}),
+        "state": _variable((*sample, "state"), trace.state, states),
+        "event_time": _variable(event, times, seconds),
+        "event_transition": _variable(event, numbers, {"transition_names": json.dumps(transitions)}),
+        "event_before": _variable((*event, "state"), before, {}),
+        "event_after": _variable((*event, "state"), after, {}),
     }
     for name, value in trace.signals.items():
         unit = {"units": units[name]} if name in units else {}
-        variables[SIGNAL + name] = (("sample", f"{name}_component"), value, unit)
-    attributes = {
+        variables[SIGNAL + name] = _variable((*sample, f"{name}_component"), value, unit)
+    return variables
+
+
+def _variable(dimensions: tuple[str, ...], values: np.ndarray, attributes: Mapping[str, str]) -> Variable:
+    return Variable(dimensions=dimensions, values=values, attributes=attributes)
+
+
+def _attributes(trace: Trace) -> dict[str, Any]:
+    return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "cycles": trace.cycles,
@@ -114,7 +119,6 @@ def _dataset(trace: Trace, units: Mapping[str, str]) -> xarray.Dataset:
         "tolerance": trace.tolerance,
         "wall_time_s": trace.seconds,
     }
-    return xarray.Dataset(variables, attrs=attributes)
 
 
 def _state_attributes(trace: Trace, units: Mapping[str, str]) -> dict[str, str]:
@@ -124,31 +128,31 @@ def _state_attributes(trace: Trace, units: Mapping[str, str]) -> dict[str, str]:
     return attributes
 
 
-def _trace(dataset: xarray.Dataset) -> Trace:
-    transitions = json.loads(dataset["event_transition"].attrs["transition_names"])
+def _trace(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> Trace:
+    transitions = json.loads(variables["event_transition"].attributes["transition_names"])
     events = zip(
-        dataset["event_time"].values,
-        dataset["event_transition"].values,
-        dataset["event_before"].values,
-        dataset["event_after"].values,
+        variables["event_time"].values,
+        variables["event_transition"].values,
+        variables["event_before"].values,
+        variables["event_after"].values,
         strict=True,
     )
     return Trace(
-        domains=tuple(json.loads(dataset["domain"].attrs["domain_names"])),
-        state_names=tuple(json.loads(dataset["state"].attrs["state_names"])),
-        time=dataset["time"].values,
-        clock=dataset["clock"].values,
-        domain=dataset["domain"].values,
-        cycle=dataset["cycle"].values,
-        state=dataset["state"].values,
+        domains=tuple(json.loads(variables["domain"].attributes["domain_names"])),
+        state_names=tuple(json.loads(variables["state"].attributes["state_names"])),
+        time=variables["time"].values,
+        clock=variables["clock"].values,
+        domain=variables["domain"].values,
+        cycle=variables["cycle"].values,
+        state=variables["state"].values,
         signals={
-            str(name).removeprefix(SIGNAL): variable.values
-            for name, variable in dataset.data_vars.items()
-            if str(name).startswith(SIGNAL)
+            name.removeprefix(SIGNAL): variable.values
+            for name, variable in variables.items()
+            if name.startswith(SIGNAL)
         },
         events=tuple(Event(float(time), transitions[int(number)], *sides) for time, number, *sides in events),
-        cycles=int(dataset.attrs["cycles"]),
-        ended=str(dataset.attrs["ended"]),
-        tolerance=float(dataset.attrs["tolerance"]),
-        seconds=float(dataset.attrs["wall_time_s"]),
+        cycles=int(attributes["cycles"]),
+        ended=str(attributes["ended"]),
+        tolerance=float(attributes["tolerance"]),
+        seconds=float(attributes["wall_time_s"]),
     )

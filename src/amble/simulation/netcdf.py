@@ -1,0 +1,139 @@
+"""Named arrays as a netCDF-4 file, by h5py alone.
+
+A netCDF-4 file is an HDF5 file with conventions: every dimension is a dimension scale with a number, every variable is
+attached to its scales and lists their numbers, and everything is kept in the order of creation (NetCDF users' guide,
+"Format specification", section "NetCDF-4"). Any netCDF library opens it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble import __version__
+from amble.errors import InputError
+
+if TYPE_CHECKING:
+    import h5py
+
+NOT_A_VARIABLE = "This is a netCDF dimension but not a netCDF variable."
+NOT_A_COORDINATE = "_nc4_non_coord_"
+"""Prefix in HDF5 of a variable that shares its name with a dimension without being its coordinate."""
+
+DIMENSION_NUMBER, DIMENSION_NUMBERS = "_Netcdf4Dimid", "_Netcdf4Coordinates"
+PROVENANCE = "_NCProperties"
+BOOKKEEPING = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", DIMENSION_NUMBER, DIMENSION_NUMBERS, PROVENANCE)
+"""Attributes that belong to the format, not to the user."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variable:
+    """A named array of a file.
+
+    Attributes:
+        dimensions: name of the dimension of every axis.
+        values: numbers.
+        attributes: name -> text or number.
+    """
+
+    dimensions: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: Mapping[str, Any]
+
+
+def write_netcdf(path: Path, variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> None:
+    """Write variables and the attributes of the whole file; no variable may be the coordinate of a dimension.
+
+    Raises:
+        InputError: where a name has a slash, which would be a group.
+        OSError: where the file cannot be written.
+    """
+    import h5py
+
+    for name in variables:
+        if "/" in name:
+            raise InputError(f"'{name}' cannot be the name of a netCDF variable, for it has a slash")
+    with h5py.File(path, "w", track_order=True) as file:
+        file.attrs[PROVENANCE] = np.bytes_(f"version=2,amble={__version__},h5py={h5py.__version__}")
+        for name, value in attributes.items():
+            file.attrs[name] = value
+        scales = _write_scales(file, variables)
+        numbers = {name: number for number, name in enumerate(scales)}
+        for name, variable in variables.items():
+            stored = NOT_A_COORDINATE + name if name in scales else name
+            dataset = _dataset(file, stored, variable.values)
+            for axis, dimension in enumerate(variable.dimensions):
+                dataset.dims[axis].attach_scale(scales[dimension])
+            own = [numbers[dimension] for dimension in variable.dimensions]
+            dataset.attrs[DIMENSION_NUMBERS] = np.array(own, dtype=np.int32)
+            dataset.attrs[DIMENSION_NUMBER] = np.int32(own[0])
+            for key, value in variable.attributes.items():
+                dataset.attrs[key] = value
+
+
+def read_netcdf(path: Path) -> tuple[dict[str, Variable], dict[str, Any]]:
+    """Read all variables and the attributes of the whole file.
+
+    Raises:
+        OSError, ValueError, KeyError, RuntimeError: where the file is not a netCDF-4 file or is damaged.
+    """
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        variables = {
+            name.removeprefix(NOT_A_COORDINATE): _read(dataset)
+            for name, dataset in file.items()
+            if isinstance(dataset, h5py.Dataset) and not _is_dimension_only(dataset)
+        }
+        return variables, _attributes(file)
+
+
+def _write_scales(file: h5py.File, variables: Mapping[str, Variable]) -> dict[str, h5py.Dataset]:
+    """Write the dimensions in the order in which the variables name them."""
+    sizes: dict[str, int] = {}
+    for variable in variables.values():
+        for dimension, size in zip(variable.dimensions, variable.values.shape, strict=True):
+            if sizes.setdefault(dimension, size) != size:
+                raise ValueError(f"dimension '{dimension}' has the sizes {sizes[dimension]} and {size}")
+    scales = {}
+    for number, (name, size) in enumerate(sizes.items()):
+        # an array of big-endian floats without values is what the netCDF library writes here
+        scale = _dataset(file, name, np.zeros(size, dtype=">f4"))
+        scale.make_scale(f"{NOT_A_VARIABLE}{size:10d}")
+        scale.attrs[DIMENSION_NUMBER] = np.int32(number)
+        scales[name] = scale
+    return scales
+
+
+def _dataset(file: h5py.File, name: str, values: NDArray[Any]) -> h5py.Dataset:
+    """Write an array; an axis without entries can grow, for netCDF has no other empty dimension."""
+    growing = tuple(size or None for size in values.shape) if values.size == 0 else None
+    return file.create_dataset(name, data=values, maxshape=growing, track_order=True)
+
+
+def _is_dimension_only(dataset: h5py.Dataset) -> bool:
+    if not dataset.is_scale:
+        return False
+    name = dataset.attrs.get("NAME", b"")
+    return (name if isinstance(name, bytes) else str(name).encode()).startswith(NOT_A_VARIABLE.encode())
+
+
+def _read(dataset: h5py.Dataset) -> Variable:
+    dimensions = tuple(axis[0].name.lstrip("/") if len(axis) else "" for axis in dataset.dims)
+    return Variable(dimensions=dimensions, values=dataset[()], attributes=_attributes(dataset))
+
+
+def _attributes(holder: h5py.File | h5py.Dataset) -> dict[str, Any]:
+    """Return the user's attributes; text as str, a list of one number as that number, as netCDF libraries do."""
+    found = {}
+    for name, value in holder.attrs.items():
+        if name in BOOKKEEPING:
+            continue
+        single = value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
+        found[name] = single.decode() if isinstance(single, bytes) else single
+    return found
