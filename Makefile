@@ -48,7 +48,7 @@ $(VENV)/bin/python:
 
 $(VENV)/run.stamp: requirements.txt pyproject.toml | $(VENV)/bin/python
 	$(INSTALL) hatchling editables
-	$(EDITABLE) .
+	$(EDITABLE) '.[all]'
 	touch $@
 
 $(VENV)/develop.stamp: $(VENV)/run.stamp

@@ -47,6 +47,14 @@ class UnknownNameError(InputError):
         super().__init__(f"unknown {kind} '{name}'; known: {listing}")
 
 
+class MissingExtraError(InputError):
+    """A library that is not installed because the extra of amble that it belongs to was not asked for."""
+
+    def __init__(self, library: str, extra: str, purpose: str) -> None:
+        self.library, self.extra = library, extra
+        super().__init__(f"{purpose} need {library}, which is not installed: pip install 'amble[{extra}]'")
+
+
 class WorkError(AmbleError):
     """The work itself failed although the input was sound."""
 

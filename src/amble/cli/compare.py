@@ -35,9 +35,11 @@ def compare(
         every_law,
         labelled,
     )
-    from amble.report.figures import save
+    from amble.report.figures import require_matplotlib, save
     from amble.simulation import load_trace
 
+    if figure is not None:
+        require_matplotlib()
     walker = load_gait(gait)
     chosen = labelled([laws.parse_law(word, walker.pattern) for word in law]) if law else every_law(walker)
     motions = [None] if trace is None else [None, samples_of_trace(load_trace(trace), walker.pattern)]

@@ -20,10 +20,12 @@ def report(
     """Write results.json, report.md and the figures anew; what an earlier results.json says of stability is kept."""
     from amble.gait.files import load_gait
     from amble.report.assembly import assemble
+    from amble.report.figures import require_matplotlib
     from amble.report.run import main_table, write_run
     from amble.report.stability_results import stability_from
     from amble.simulation import load_trace
 
+    require_matplotlib()
     earlier = _read(folder / RESULTS)
     gait, trace = load_gait(folder / GAIT), load_trace(folder / TRACE)
     settings = earlier.get("settings") or {"tolerance of the simulation": f"{trace.tolerance:g}"}

@@ -14,7 +14,7 @@ from amble.cli.console import wrote
 from amble.cli.progress import progress
 from amble.cli.report import GAIT, TRACE
 from amble.cli.simulate import walk
-from amble.cli.stabilize import BASE, METHOD_HELP, STEPS, TARGET, Method, stabilized
+from amble.cli.stabilize import BASE, METHOD_HELP, STEPS, TARGET, Method, require_method, stabilized
 from amble.cli.synthesize import synthesized
 from amble.errors import FallError
 
@@ -38,7 +38,10 @@ def reproduce(
 ) -> None:
     """Synthesise, stabilise, certify, simulate, and print the paper's Table 1 beside ours."""
     from amble.gait.files import save_gait
+    from amble.report.figures import require_matplotlib
 
+    require_matplotlib()
+    require_method(method)
     clock = _Clock({})
     first, settings = _first(spec)
     wrote(save_gait(first, out / "synthesized.json"))

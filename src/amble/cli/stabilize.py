@@ -10,6 +10,7 @@ import typer
 
 from amble.cli.console import wrote
 from amble.cli.progress import progress
+from amble.optional import require
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,8 +45,19 @@ def stabilize(
     """Weight the outputs of a gait until its orbit is exponentially stable."""
     from amble.gait.files import load_gait, save_gait
 
+    require_method(method)
     found = stabilized(load_gait(gait), free or BASE, method, target, steps)
     wrote(save_gait(found.gait, out))
+
+
+def require_method(method: Method) -> None:
+    """Refuse a method whose library is not installed, before any work.
+
+    Raises:
+        MissingExtraError: where it is not installed.
+    """
+    if method is Method.BILINEAR:
+        require("cvxpy", "lmi", "matrix inequalities")
 
 
 def stabilized(

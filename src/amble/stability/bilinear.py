@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.errors import NotSolvedError
+from amble.optional import require
 from amble.stability.weighted_map import WeightedMap
 from amble.types import Matrix, Vector
 
@@ -58,6 +59,7 @@ def bilinear_step(here: WeightedMap, longest: float) -> tuple[Vector, float]:
 
 def _inequality(matrix: Matrix, slopes: NDArray[np.float64], left: Matrix, longest: float) -> tuple[Vector, float]:
     """Solve the linear matrix inequality that a fixed W = L L^T leaves."""
+    require("cvxpy", "lmi", "matrix inequalities")
     import cvxpy as cp
 
     inverse = np.linalg.inv(left)

@@ -6,7 +6,7 @@ from amble.report.figures.footfall import footfall
 from amble.report.figures.joint_portraits import joint_portraits
 from amble.report.figures.multipliers import multiplier_circle
 from amble.report.figures.section_distance import section_distance
-from amble.report.figures.style import save
+from amble.report.figures.style import require_matplotlib, save
 from amble.report.figures.torques import left_joints, torque_lines, torque_magnitudes
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "joint_portraits",
     "left_joints",
     "multiplier_circle",
+    "require_matplotlib",
     "save",
     "section_distance",
     "torque_lines",

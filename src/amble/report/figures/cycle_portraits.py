@@ -9,7 +9,15 @@ import numpy as np
 from amble.metrics import Samples
 from amble.report.figures.base_portraits import COORDINATES
 from amble.report.figures.portrait import axis_labels
-from amble.report.figures.style import COLUMN, RED, panels, paper_style, plain_number, with_gaps
+from amble.report.figures.style import (
+    COLUMN,
+    RED,
+    panels,
+    paper_style,
+    plain_number,
+    require_matplotlib,
+    with_gaps,
+)
 from amble.types import IntegerVector
 
 if TYPE_CHECKING:
@@ -23,6 +31,7 @@ def cycle_portraits(simulated: Samples, shown: int = 24) -> Figure:
         simulated: all cycles.
         shown: about how many cycles to draw.
     """
+    require_matplotlib()
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from amble.optional import require
 from amble.storage import replacing
 from amble.types import IntegerVector, Vector
 
@@ -66,9 +67,19 @@ SETTINGS: Mapping[str, Any] = {
 }
 
 
+def require_matplotlib() -> None:
+    """Refuse to draw where matplotlib is not installed; commands ask before they work for minutes.
+
+    Raises:
+        MissingExtraError: where it is not installed.
+    """
+    require("matplotlib", "reproduce", "figures")
+
+
 @contextmanager
 def paper_style() -> Iterator[None]:
     """Draw and save in the style of a paper; other figures of the process keep theirs."""
+    require_matplotlib()
     import matplotlib as mpl
 
     with mpl.rc_context(cast("Any", dict(SETTINGS))):
@@ -85,6 +96,7 @@ def panels(rows: int, columns: int, width: float, height: float, **options: Any)
         height: of the figure, inch.
         options: of ``Figure.subplots``, such as ``sharex``.
     """
+    require_matplotlib()
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height))
