@@ -5,6 +5,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from amble.errors import InputError
 from amble.maths.bezier import bernstein, bernstein_derivatives, bezier, elevate, evaluate, fit
@@ -99,3 +101,24 @@ def test_orders_that_do_not_exist(call: object, says: str) -> None:
     assert callable(call)
     with pytest.raises(InputError, match=says):
         call()
+
+
+@settings(derandomize=True, max_examples=60, deadline=None, database=None)
+@given(st.integers(0, 10), st.integers(0, 6), st.integers(0, 2**32 - 1), st.floats(0.0, 1.0), st.floats(-8.0, 8.0))
+def test_elevation_keeps_values_and_derivatives(order: int, more: int, seed: int, phase: float, size: float) -> None:
+    """Every elevation is a mean of neighbours, so rounding grows with their number; a derivative costs the order."""
+    points = 10.0**size * np.random.default_rng(seed).normal(size=(3, order + 1))
+    raised = elevate(points, order + more)
+    assert raised.shape == (3, order + more + 1)
+    scale = TOLERANCE * np.abs(points).max()
+    pairs = zip(evaluate(points, np.array([phase])), evaluate(raised, np.array([phase])), strict=True)
+    for derivative, (before, after) in enumerate(pairs):
+        np.testing.assert_allclose(after, before, rtol=0.0, atol=scale * (1 + order + more) ** derivative)
+
+
+@settings(derandomize=True, max_examples=60, deadline=None, database=None)
+@given(st.integers(0, 6), st.integers(0, 4), st.integers(0, 4), st.integers(0, 2**32 - 1))
+def test_elevation_in_two_steps_is_elevation_in_one(order: int, first: int, second: int, seed: int) -> None:
+    points = np.random.default_rng(seed).normal(size=(2, order + 1))
+    stepwise = elevate(elevate(points, order + first), order + first + second)
+    np.testing.assert_array_equal(stepwise, elevate(points, order + first + second))

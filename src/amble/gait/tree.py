@@ -164,7 +164,11 @@ def _numbers(value: Any, where: str, infinite: bool) -> Any:
         return [_numbers(entry, where, infinite) for entry in value]
     if infinite and isinstance(value, str) and value in INFINITE:
         return INFINITE[value]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    try:
+        finite = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        finite = False
+    if not finite:
         raise InputError(f"{where} holds {value!r}, which is not a finite number")
     return float(value)
 
@@ -201,5 +205,5 @@ def loads(text: str, what: str) -> Any:
 
     try:
         return json.loads(text, parse_constant=refuse_constant, object_pairs_hook=unique)
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # ValueError: not JSON, or a whole number of thousands of digits
         raise InputError(f"{what} is not JSON: {error}") from None
