@@ -18,11 +18,6 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-try:
-    import fcntl
-except ImportError:  # a system without advisory locks: two writers may then do the same work twice
-    fcntl = None  # type: ignore[assignment]
-
 logger = logging.getLogger("amble")
 
 SEAL = b"amble-library-sha256:"
@@ -106,9 +101,8 @@ def fallback_folder(reason: str) -> Path:
 @contextlib.contextmanager
 def locked(folder: Path, key: str) -> Iterator[None]:
     """Let one process at a time build a key; others wait for it, and go on without waiting where locks do not work."""
-    if fcntl is None:
-        yield
-        return
+    import fcntl  # POSIX has it; on another system the search for a compiler has said so before
+
     with (folder / f"{key}.lock").open("w") as stream:
         with contextlib.suppress(OSError):
             fcntl.flock(stream, fcntl.LOCK_EX)

@@ -16,6 +16,9 @@ from pathlib import Path
 
 from amble.errors import InputError, WorkError
 
+POSIX = os.name == "posix"
+"""Whether this system has what compiled code, locks and signals rest on."""
+
 CANDIDATES = ("cc", "gcc", "clang")
 FLAGS = ("-O1", "-fPIC", "-shared", "-pipe")
 """-O1 because the register allocation of higher levels takes minutes on node functions (docs/decisions.md)."""
@@ -52,7 +55,10 @@ def compiler() -> Compiler | None:
 
     Raises:
         InputError: where ``AMBLE_COMPILER`` names a program that does not exist or does not run.
+        WorkError: on a system that is not POSIX; everything that computes asks here first.
     """
+    if not POSIX:
+        raise WorkError("amble runs on POSIX systems only (Linux, macOS, Windows' subsystem for Linux)")
     wanted = os.environ.get("AMBLE_COMPILER", "")
     if wanted == "none":
         return None
