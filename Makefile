@@ -6,7 +6,7 @@ INSTALL := $(PIP) install --constraint requirements.txt
 EDITABLE := $(INSTALL) --no-build-isolation --editable
 
 .DEFAULT_GOAL := help
-.PHONY: help run test lint format bench lock clean
+.PHONY: help run test slow coverage lint format bench lock clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -16,6 +16,12 @@ run: $(VENV)/run.stamp  ## the whole paper: gait, certificate, 500 cycles, table
 
 test: $(VENV)/develop.stamp  ## all tests, two at a time
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile
+
+slow: $(VENV)/develop.stamp  ## the tests that are too long for `make test`
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -m slow
+
+coverage: $(VENV)/develop.stamp  ## all tests again, and the share of lines and branches that they run
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile --cov --cov-report=term
 
 lint: $(VENV)/develop.stamp  ## style, types, layers
 	$(VENV)/bin/ruff check .
@@ -41,7 +47,7 @@ lock:  ## write requirements.txt anew: the newest versions that pyproject.toml a
 	rm -rf build/lock
 
 clean:  ## remove the environment and everything that was built
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -1,0 +1,107 @@
+"""What is built for others: the wheel holds the package, the sdist everything that its own tests need."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import amble
+
+ROOT = Path(__file__).parents[1]
+NAME = f"amble-{amble.__version__}"
+NEEDED = (
+    ".ci/run",
+    ".github/workflows/ci.yml",
+    ".pre-commit-config.yaml",
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CONTRIBUTING.md",
+    "LICENSE",
+    "Makefile",
+    "README.md",
+    "benchmarks/__main__.py",
+    "examples/rimless_wheel.py",
+    "pyproject.toml",
+    "requirements.txt",
+    "src/amble/py.typed",
+    "tests/data/stabilised-amble.json",
+)
+
+
+def run(*command: str, where: Path, path: Path | None = None) -> str:
+    """Run a program and return what it printed; it finds modules in ``path`` first."""
+    environment = {**os.environ, "PYTHONPATH": str(path or "")}
+    done = subprocess.run(command, cwd=where, env=environment, capture_output=True, text=True, check=False, timeout=500)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the sdist, and the wheel that was built from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(ROOT), where=folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def unpacked(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The tree of the sdist."""
+    folder = tmp_path_factory.mktemp("sdist")
+    with tarfile.open(built / f"{NAME}.tar.gz") as archive:
+        archive.extractall(folder, filter="data")
+    return folder / NAME
+
+
+def files_under(folder: Path) -> set[str]:
+    """Every file below a folder, but what running Python leaves there."""
+    paths = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    return {path.as_posix() for path in paths if "__pycache__" not in path.parts}
+
+
+def test_the_sdist_holds_what_its_tests_need(unpacked: Path) -> None:
+    assert set(NEEDED) - files_under(unpacked) == set()
+    assert os.access(unpacked / ".ci" / "run", os.X_OK)
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists() or shutil.which("git") is None, reason="not a clone")
+def test_the_sdist_holds_every_file_of_the_clone(unpacked: Path) -> None:
+    tracked = run("git", "ls-files", "-z", where=ROOT).split("\0")
+    present = {name for name in tracked if name and (ROOT / name).exists()}
+    assert present - files_under(unpacked) == set()
+
+
+def test_the_wheel_holds_the_package_and_nothing_else(built: Path) -> None:
+    with zipfile.ZipFile(built / f"{NAME}-py3-none-any.whl") as archive:
+        names = {name for name in archive.namelist() if not name.startswith(f"{NAME}.dist-info/")}
+    assert names == {f"amble/{name}" for name in files_under(ROOT / "src" / "amble")}
+
+
+def test_the_wheel_runs_outside_of_the_clone(built: Path, tmp_path: Path) -> None:
+    """Its own dependencies are those of this environment; the package is the installed one."""
+    wheel, target = built / f"{NAME}-py3-none-any.whl", tmp_path / "target"
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--no-deps", "--no-index")
+    run(*pip, "--target", str(target), str(wheel), where=tmp_path)
+    where = run(sys.executable, "-c", "import amble; print(amble.__file__)", where=tmp_path, path=target)
+    assert Path(where.strip()) == target / "amble" / "__init__.py"
+    assert "reproduce" in run(sys.executable, "-m", "amble", "--help", where=tmp_path, path=target)
+    assert "astro" in run(sys.executable, "-m", "amble", "robots", where=tmp_path, path=target)
+
+
+@pytest.mark.slow
+def test_the_tests_of_the_sdist_run(unpacked: Path) -> None:
+    pytest_of = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider")
+    run(*pytest_of, "--collect-only", where=unpacked, path=unpacked / "src")
+    some = ("tests/test_public.py", "tests/maths", "tests/stability/test_walkers.py", "tests/benchmarks/test_main.py")
+    assert " passed" in run(*pytest_of, *some, where=unpacked, path=unpacked / "src")
+
+
+def test_the_citation_names_this_version() -> None:
+    assert f"\nversion: {amble.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
