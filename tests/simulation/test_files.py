@@ -3,6 +3,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -100,3 +101,30 @@ def test_a_missing_variable_is_refused(trace: Trace, tmp_path: Path) -> None:
     dataset.drop_vars("clock").to_netcdf(tmp_path / "u.nc", engine="h5netcdf")
     with pytest.raises(InputError, match=r"not complete.*clock"):
         load_trace(tmp_path / "u.nc")
+
+
+def test_text_in_the_place_of_numbers_is_refused(trace: Trace, tmp_path: Path) -> None:
+    path = save_trace(trace, tmp_path / "t.nc")
+    with h5py.File(path, "a") as file:
+        del file["clock"]
+        file["clock"] = ["a"] * len(trace.time)
+    with pytest.raises(InputError, match="does not hold numbers in 'clock'"):
+        load_trace(path)
+
+
+@pytest.mark.parametrize("version", [[1, 2], "one", 2])
+def test_another_version_is_refused_whatever_it_is(trace: Trace, tmp_path: Path, version: object) -> None:
+    path = save_trace(trace, tmp_path / "t.nc")
+    with h5py.File(path, "a") as file:
+        file.attrs["format_version"] = version
+    with pytest.raises(InputError, match="not an amble trace of version 1"):
+        load_trace(path)
+
+
+def test_more_numbers_than_memory_holds_are_refused(trace: Trace, tmp_path: Path) -> None:
+    """A file may claim any size: what was never written takes no room in it."""
+    path = save_trace(trace, tmp_path / "t.nc")
+    with h5py.File(path, "a") as file:
+        file.create_dataset("signal_huge", shape=(2**50,), dtype="f8", chunks=(1024,))
+    with pytest.raises(InputError, match="damaged"):
+        load_trace(path)

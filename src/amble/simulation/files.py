@@ -23,6 +23,9 @@ FORMAT_VERSION = 1
 SIGNAL = "signal_"
 """Prefix of the variables that hold signals, so that a signal may have any name."""
 
+NUMBERS = "iuf"
+"""Kinds of numpy's types that are numbers."""
+
 FINITE = ("time", "clock", "state", "event_time", "event_before", "event_after")
 
 
@@ -62,10 +65,16 @@ def load_trace(path: str | Path) -> Trace:
         raise InputError(f"trace file '{path}' does not exist")
     try:
         variables, attributes = read_netcdf(path)
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
+    except (OSError, ValueError, KeyError, RuntimeError, MemoryError) as error:
         raise InputError(f"trace file '{path}' is not a netCDF file, or it is damaged") from error
-    if attributes.get("format") != FORMAT or attributes.get("format_version") != FORMAT_VERSION:
+    found = [
+        str(attributes.get(key)) for key in ("format", "format_version")
+    ]  # as text: it may be an array of anything
+    if found != [FORMAT, str(FORMAT_VERSION)]:
         raise InputError(f"file '{path}' is not an {FORMAT} of version {FORMAT_VERSION}")
+    for name, variable in variables.items():
+        if variable.values.dtype.kind not in NUMBERS:
+            raise InputError(f"trace file '{path}' does not hold numbers in '{name}'")
     try:
         trace = _trace(variables, attributes)
         values = {name: variables[name].values for name in FINITE}
