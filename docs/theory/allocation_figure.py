@@ -82,7 +82,8 @@ def _draw_line(axes: object, gait: Gait, redundancy: Redundancy, u: np.ndarray, 
     """Draw |u_j + n_j s| of the stance legs, where friction allows, and where each law stands."""
     from matplotlib.axes import Axes
 
-    assert isinstance(axes, Axes)
+    if not isinstance(axes, Axes):
+        raise TypeError("one panel was asked for")
     forces, squeeze = (np.asarray(ca.DM(part)).ravel() for part in (redundancy.forces, redundancy.squeeze))
     for joint in np.flatnonzero(n):
         axes.plot(s, np.abs(u[joint] + n[joint] * s), color="#7F7F7F", linewidth=0.7)

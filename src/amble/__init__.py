@@ -68,7 +68,6 @@ _HOME = {
     "save_trace": "amble.simulation",
     "simulate": "amble.simulation",
     "simulate_gait": "amble.simulation",
-    "stabilization": "amble.stability.stabilize",
     "stabilize": "amble.stability.stabilize",
     "start_state": "amble.gait.closed_loop",
     "synthesize": "amble.synthesis",

@@ -84,17 +84,21 @@ class Row:
 
 
 class NotSolvedError(WorkError):
-    """A solver stopped without a solution: its status and the violated rows, worst first."""
+    """A solver stopped without a solution: its status and the violated rows, worst first.
 
-    def __init__(self, status: str, rows: Sequence[Row], shown: int = 8) -> None:
+    Rows that were looked at and all hold are an empty sequence, and the message says so; None where there are no rows.
+    """
+
+    def __init__(self, status: str, rows: Sequence[Row] | None = None, shown: int = 8) -> None:
         self.status = status
-        self.rows = tuple(sorted(rows, key=lambda row: -row.violation))
+        self.rows = tuple(sorted(rows or (), key=lambda row: -row.violation))
         lines = [str(row) for row in self.rows[:shown]]
         more = len(self.rows) - len(lines)
         if more > 0:
             lines.append(f"... and {more} more")
-        evidence = "\n".join(lines) if lines else "no row is violated"
-        super().__init__(f"not solved: {status}\n{evidence}")
+        if rows is not None and not lines:
+            lines = ["no row is violated"]
+        super().__init__("\n".join([f"not solved: {status}", *lines]))
 
 
 class FallError(WorkError):

@@ -12,6 +12,8 @@ from amble.control.feedforward import (
     LATEST_PHASE,
     Feedforward,
     pack,
+    reference_end,
+    repacked,
     required_output_acceleration,
     unseen_directions,
 )
@@ -33,6 +35,17 @@ def test_unseen_directions_span_the_kernel(outputs: int, coordinates: int) -> No
     # a few roundings
     np.testing.assert_allclose(weights @ unseen, 0.0, atol=1e-13)
     np.testing.assert_allclose(unseen.T @ unseen, np.eye(coordinates - outputs), atol=1e-14)
+
+
+@pytest.mark.parametrize(("outputs", "coordinates"), [(2, 4), (3, 3)])
+def test_other_weights_replace_the_kernel_alone(outputs: int, coordinates: int) -> None:
+    """Also where no direction is unseen and there is no kernel to cut off."""
+    generator = np.random.default_rng(7)
+    references = generator.normal(size=(coordinates, 5))
+    first, second = generator.normal(size=(2, outputs, coordinates))
+    packed = pack(0.2, (100.0, 20.0), references, first)
+    np.testing.assert_array_equal(repacked(packed, second), pack(0.2, (100.0, 20.0), references, second))
+    assert reference_end(packed) == pytest.approx(LATEST_PHASE * 0.2)
 
 
 def test_dependent_outputs_are_refused() -> None:

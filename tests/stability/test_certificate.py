@@ -3,12 +3,14 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from amble.errors import CertificateError, InputError, Row
+from amble.hybrid import Domain, HybridSystem, Transition
 from amble.stability import assess, certify, difference_check, fixed_point
-from amble.stability.certificate import lyapunov_matrix, row_tree
+from amble.stability.certificate import row_tree
 from tests.hybrids import travelling
 
 GUESS = np.array([0.0, 0.3, 1.0, -2.0, 0.4])
@@ -27,10 +29,13 @@ def test_a_certificate_holds_its_evidence(state: np.ndarray) -> None:
     assert certificate.disagreement < 1e-7
     assert [tolerance for tolerance, _ in certificate.sweep] == [1e-8, 1e-10, 1e-12]
     assert all(radius == pytest.approx(certificate.radius, abs=1e-6) for _, radius in certificate.sweep)
-    matrix, lyapunov = certificate.spectrum.matrix, certificate.lyapunov
-    assert lyapunov is not None
-    assert np.linalg.eigvalsh(lyapunov).min() >= 1.0  # W = 1 + A^T A + ...
-    assert matrix.T @ lyapunov @ matrix - lyapunov == pytest.approx(-np.eye(2), abs=1e-9)
+    matrix, bound = certificate.spectrum.matrix, certificate.bound
+    assert bound is not None
+    assert certificate.radius < bound.rate < 1.0
+    assert np.linalg.eigvalsh(bound.metric).min() > 0.0
+    assert np.linalg.eigvalsh(bound.rate**2 * bound.metric - matrix.T @ bound.metric @ matrix).min() > 0.0
+    names = [row.name for row in certificate.rows()]
+    assert {"contraction bound r", "least eigenvalue of W", "least eigenvalue of r^2 W - A^T W A"} <= set(names)
 
 
 def test_a_certificate_is_json(state: np.ndarray) -> None:
@@ -92,8 +97,15 @@ def test_a_state_that_is_not_a_fixed_point_is_refused(state: np.ndarray) -> None
         certify(travelling(0.7, -1), state + np.array([0, 1e-3, 0, 0, 0]))
 
 
-def test_lyapunov_matrix_of_an_unstable_map_is_not_positive() -> None:
-    assert np.linalg.eigvalsh(lyapunov_matrix(np.array([[1.2, 1.0], [0.0, 0.5]]))).min() < 0
+def test_an_unstable_orbit_has_no_contraction_bound() -> None:
+    """A deviation that grows by 1.5 in every cycle."""
+    state = ca.SX.sym("x", 2)
+    stride = Domain.from_expressions("stride", state, ca.vertcat(1, 0))
+    step = Transition.from_expressions("stride", "stride", state, state[0] - 1, ca.vertcat(0, 1.5 * state[1]), +1)
+    certificate = assess(HybridSystem([stride], [step], (), ("phase", "deviation")), np.zeros(2))
+    assert certificate.radius == pytest.approx(1.5)
+    assert certificate.bound is None
+    assert certificate.to_json()["contraction_bound"] is None
 
 
 @pytest.mark.parametrize("steps", [(1e-4,), (1e-4, 1e-4), (1e-4, 0.0)])

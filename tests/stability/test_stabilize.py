@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
+import cvxpy as cp
 import numpy as np
 import pytest
 
 from amble.control import DropActuator, PseudoInverse
-from amble.errors import InputError, UnknownNameError
+from amble.errors import NotSolvedError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.simulation.walking import simulate_gait
-from amble.stability.bilinear import bilinear_step, metric
+from amble.stability.bilinear import TRACE, least_bound
 from amble.stability.contraction import section_distances
-from amble.stability.descent import smooth_radius
 from amble.stability.leading_mode import leading_mode
+from amble.stability.lyapunov import smoothed_radius
 from amble.stability.monodromy import monodromy
 from amble.stability.own_orbit import own_fixed_point
+from amble.stability.quadratic_bound import verified_bound
 from amble.stability.spectrum import multipliers
-from amble.stability.stabilize import NotStabilizedError, Stabilized, _Search, stabilization
-from amble.stability.weighted_map import WeightedMap
+from amble.stability.stabilize import BASE, NotStabilizedError, Stabilized, stabilize
+from amble.stability.weight_search import Closed, WeightSearch, natural_units
+from amble.types import Vector
 
 WEIGHTS = 66
 """Eleven outputs, three base angles, two domains."""
@@ -28,23 +32,17 @@ WEIGHTS = 66
 
 @pytest.fixture(scope="module")
 def stabilized(walking_gait: Gait) -> Stabilized:
-    return stabilization(walking_gait)
+    return stabilize(walking_gait)
 
 
 @pytest.fixture(scope="module")
-def search(stabilized: Stabilized) -> _Search:
-    assert stabilized.gait.feedback is not None
-    return _Search.of(stabilized.gait, ("roll", "pitch", "yaw"), [].append)
-
-
-@pytest.fixture(scope="module")
-def at_weights(search: _Search) -> WeightedMap:
-    return search.evaluate(np.random.default_rng(3).normal(scale=0.1, size=WEIGHTS))
+def search(walking_gait: Gait) -> WeightSearch:
+    return WeightSearch.of(walking_gait, BASE)
 
 
 @pytest.mark.parametrize(("size", "tolerance"), [(0.0, 1e-8), (0.1, 1e-5)])
 def test_collocated_jacobian_equals_adaptive_variational_equations(
-    search: _Search, size: float, tolerance: float
+    search: WeightSearch, size: float, tolerance: float
 ) -> None:
     """Two code paths: Gauss collocation on the stored orbit, and the adaptive flow of (x, Phi).
 
@@ -55,66 +53,83 @@ def test_collocated_jacobian_equals_adaptive_variational_equations(
     theta = np.random.default_rng(4).normal(scale=size, size=WEIGHTS)
     gait = search.gait_with(theta)
     matrix = monodromy(closed_loop(gait, half=True), search.orbit.start).matrix
-    expected = search.orbit.basis.T @ matrix @ search.orbit.basis
+    expected = search.orbit.dual @ matrix @ search.orbit.basis
     found = search.evaluate(theta).matrix
     assert np.abs(found - expected).max() < tolerance * np.abs(expected).max()
 
 
-def test_slopes_are_those_of_central_differences(search: _Search, at_weights: WeightedMap) -> None:
-    """Along random directions; the step 1e-4 leaves an error of about its square beside slopes of size one."""
+def test_gradient_is_that_of_central_differences(search: WeightSearch) -> None:
+    """Of log r with W eliminated, along random directions: the whole chain from the weights to the bound.
+
+    The step 1e-4 leaves its square times a third derivative beside slopes of size one.
+    """
     generator = np.random.default_rng(5)
     theta = np.random.default_rng(3).normal(scale=0.1, size=WEIGHTS)
-    slopes = at_weights.slopes()
+    here = search.evaluate(theta)
+    gradient = here.gradient(smoothed_radius(here.matrix, TRACE).slope)
     for _ in range(3):
         direction = generator.normal(size=WEIGHTS)
-        ahead, behind = (search.evaluate(theta + sign * 1e-4 * direction).matrix for sign in (1.0, -1.0))
-        measured = (ahead - behind) / 2e-4
-        expected = np.tensordot(direction, slopes, 1)
-        assert np.abs(measured - expected).max() < 1e-5 * np.abs(expected).max()
+        ahead, behind = (
+            np.log(smoothed_radius(search.evaluate(theta + sign * 1e-4 * direction).matrix, TRACE).value)
+            for sign in (1.0, -1.0)
+        )
+        assert (ahead - behind) / 2e-4 == pytest.approx(float(gradient @ direction), rel=1e-4, abs=1e-5)
 
 
-def test_gradient_contracts_the_slopes(at_weights: WeightedMap) -> None:
-    outer = np.random.default_rng(6).normal(size=at_weights.matrix.shape)
-    expected = np.einsum("imn,mn->i", at_weights.slopes(), outer)
-    assert np.allclose(at_weights.gradient(outer), expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_smooth_radius_bounds_the_radius_and_has_its_slope(seed: int) -> None:
-    generator = np.random.default_rng(seed)
-    matrix, direction = generator.normal(size=(2, 9, 9))
-    value, slope = smooth_radius(matrix)
-    radius = np.abs(np.linalg.eigvals(matrix)).max()
-    assert np.log(radius) <= value <= np.log(radius) + np.log(9.0) / 24.0
-    step = 1e-6  # rounding 1e-16 / step and curvature step^2 both stay below the tolerance
-    measured = (smooth_radius(matrix + step * direction)[0] - smooth_radius(matrix - step * direction)[0]) / (2 * step)
-    assert measured == pytest.approx(float(np.sum(slope * direction)), rel=1e-6, abs=1e-8)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_metric_makes_the_matrix_nearly_as_small_as_its_radius(seed: int) -> None:
-    matrix = np.random.default_rng(seed).normal(size=(12, 12))
-    left = metric(matrix, slack=1.15)
-    radius = np.abs(np.linalg.eigvals(matrix)).max()
-    norm = np.linalg.norm(np.linalg.inv(left) @ matrix @ left, 2)
-    # W - s^2 A W A^T = 1 > 0 means that the scaled matrix contracts in the metric
-    assert radius <= norm * (1 + 1e-9)
-    assert norm < 1.15 * radius
-
-
-def test_bilinear_step_keeps_its_promise_on_the_linear_model(at_weights: WeightedMap) -> None:
-    step, bound = bilinear_step(at_weights, 0.5)
-    assert np.linalg.norm(step) <= 0.5 * (1 + 1e-6)
-    moved = at_weights.matrix + np.tensordot(step, at_weights.slopes(), 1)
-    assert np.abs(np.linalg.eigvals(moved)).max() <= bound * (1 + 1e-6)
+def test_coordinates_are_in_natural_units(search: WeightSearch) -> None:
+    """Orthonormal once every state is counted in its unit; lengths and times as an inverted pendulum has them."""
+    units = natural_units(search.gait, 0.5)
+    assert units[[0, 3, 18, 21]] == pytest.approx([0.5, 1.0, np.sqrt(9.81 * 0.5), np.sqrt(9.81 / 0.5)])
+    orbit = search.orbit
+    assert orbit.dual @ orbit.basis == pytest.approx(np.eye(orbit.basis.shape[1]), abs=1e-12)
+    scaled = orbit.basis / natural_units(search.gait, orbit.start[2])[:, None]
+    assert scaled.T @ scaled == pytest.approx(np.eye(orbit.basis.shape[1]), abs=1e-12)
 
 
 def test_stabilised_below_the_paper(stabilized: Stabilized) -> None:
-    """The paper reports 0.6267 of a full cycle; the issue of this project asks for less than 0.5."""
-    assert stabilized.initial > 1.0
-    assert stabilized.radius < 0.5
+    """The paper reports 0.6267 of a full cycle. Measured: 2.32 to between 0.14 and 0.18 by the path of the descent."""
+    assert stabilized.initial == pytest.approx(2.322, abs=0.01)
+    assert stabilized.radius < 0.3
+    assert stabilized.radius < stabilized.bound < 0.35
     assert stabilized.parameters == WEIGHTS
     assert all(step.drift <= 1e-6 for step in stabilized.steps)
+
+
+def test_every_step_is_better_than_the_one_before(stabilized: Stabilized) -> None:
+    assert len(stabilized.steps) > 1
+    for before, after in itertools.pairwise(stabilized.steps):
+        assert after.bound < before.bound
+        assert after.radius <= stabilized.initial
+
+
+def test_the_bound_is_verified_at_the_fixed_point_by_a_semidefinite_program(stabilized: Stabilized) -> None:
+    """Of half a cycle, in natural units: Clarabel finds W of its own for a rate 2 % above the bound.
+
+    The margin t of r^2 W - A^T W A >= t W is to be positive; both inequalities are then verified by Cholesky factors.
+    """
+    search = WeightSearch.of(stabilized.gait, BASE)
+    _, found = own_fixed_point(stabilized.gait)
+    matrix = search.orbit.dual @ found.monodromy.matrix @ search.orbit.basis
+    rate = 1.02 * np.sqrt(stabilized.bound)
+    ours = smoothed_radius(matrix, TRACE)
+    assert ours.value**2 == pytest.approx(stabilized.bound, rel=1e-5)
+    assert verified_bound(matrix, rate, ours.metric).decrease > 0.0
+    size = len(matrix)
+    unit = np.eye(size)
+    left = np.linalg.cholesky(ours.metric)
+    moved = left.T @ matrix @ np.linalg.inv(left.T)  # where our W is 1: the program is then well conditioned
+    metric, margin = cp.Variable((size, size), symmetric=True), cp.Variable()
+    decrease = rate**2 * metric - moved.T @ metric @ moved
+    problem = cp.Problem(
+        cp.Maximize(margin),
+        [metric >> unit, cp.trace(metric) <= 10.0 * size, decrease >> margin * unit],
+    )
+    problem.solve(solver=cp.CLARABEL)
+    assert problem.status == "optimal"
+    theirs = np.asarray(metric.value)
+    other = verified_bound(moved, float(rate), 0.5 * (theirs + theirs.T))
+    assert other.definite > 0.5
+    assert other.decrease > 0.0
 
 
 def test_both_laws_have_the_same_radius(stabilized: Stabilized) -> None:
@@ -151,31 +166,72 @@ def test_simulated_contraction_agrees_with_the_radius(stabilized: Stabilized) ->
 
 
 def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
-    """The error says how far it came and which outputs limit it; on the way it is told what is being done."""
+    """A weight on a joint that is controlled anyway leaves the kernel of H, and with it the controller, as it is.
+
+    The error says so: the radius is the start's, and the slope in that weight is zero; it names what would help.
+    """
     told: list[str] = []
-    with pytest.raises(NotStabilizedError, match=r"best spectral radius .* free: fl_knee .* were not: \w+") as caught:
-        stabilization(walking_gait, free=("fl_knee",), most_steps=1, doing=told.append)
+    with pytest.raises(NotStabilizedError, match=r"free: fl_knee \(0\); .* were not: (roll|pitch|yaw) ") as caught:
+        stabilize(walking_gait, free=("fl_knee",), doing=told.append)
     best = float(str(caught.value).split("cycle ")[1].split(" ")[0])
-    assert 1.0 <= best < 12.0
+    assert best == pytest.approx(2.322, abs=1e-3)
     assert told[0] == "orbit of the closed loop"
-    assert told[1].startswith("evaluation 1 of 60, spectral radius")
+    assert told[1].startswith("evaluation 1 of at most 150, contraction bound 2.32")
 
 
-def test_matrix_inequalities_reduce_the_radius(walking_gait: Gait) -> None:
-    """Two steps from an unstable start do not suffice; what they reach is in the message."""
-    with pytest.raises(NotStabilizedError) as caught:
-        stabilization(walking_gait, method="bilinear", most_steps=2)
-    best = float(str(caught.value).split("cycle ")[1].split(" ")[0])
-    assert 1.0 <= best < 10.0
+def test_roll_alone_is_enough(walking_gait: Gait) -> None:
+    """Measured: 2.322 to 0.318 in three steps; the first already reaches 0.377."""
+    found = stabilize(walking_gait, free=("roll",))
+    assert found.parameters == 22
+    assert found.radius < found.bound < 0.40
 
 
-def test_a_target_that_is_not_stable_is_refused(walking_gait: Gait) -> None:
-    with pytest.raises(InputError, match="between 0 and 1"):
-        stabilization(walking_gait, target=1.5)
+def test_the_start_stands_where_no_step_is_accepted(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every reason is kept: the first refusal is still in the message when later steps merely do not help."""
+    plain = WeightSearch.close
+
+    def close(self: WeightSearch, theta: Vector) -> Closed:
+        length = float(np.linalg.norm(theta))
+        if length > 1.5:
+            raise WorkError("the first refusal")
+        found = plain(self, np.zeros_like(theta))
+        return replace(found, bound=found.bound + length)
+
+    monkeypatch.setattr(WeightSearch, "close", close)
+    with pytest.raises(NotStabilizedError, match=r"2\.32\d \(no step reduces .*; refused: the first refusal"):
+        stabilize(walking_gait)
+
+
+def test_a_step_of_larger_radius_than_the_start_is_not_taken(
+    walking_gait: Gait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = WeightSearch.close
+
+    def close(self: WeightSearch, theta: Vector) -> Closed:
+        found = plain(self, np.zeros_like(theta))
+        moved = float(np.linalg.norm(theta)) > 0.0
+        return replace(found, radius=0.6 if moved else 0.5, bound=0.7 if moved else 0.8)
+
+    monkeypatch.setattr(WeightSearch, "close", close)
+    found = stabilize(walking_gait)
+    assert found.radius == found.initial == 0.5
+    assert len(found.steps) == 1
+
+
+def test_weights_that_move_the_orbit_far_are_refused(search: WeightSearch) -> None:
+    """Told that the orbit began 2e-3 beside where it does, the search finds it moved by that much."""
+    elsewhere = replace(search, feedback=replace(search.feedback, start=search.feedback.start + 2e-3))
+    with pytest.raises(WorkError, match=r"moved the orbit by 0\.002; at most 0\.001"):
+        elsewhere.close(np.zeros(WEIGHTS))
+
+
+def test_a_map_that_cannot_be_computed_ends_the_descent(search: WeightSearch) -> None:
+    """No row of a program was looked at, so the message does not say that none is violated."""
+    with pytest.raises(NotSolvedError, match="output weights are not finite") as caught:
+        least_bound(search.orbit, search.weighting, np.full(WEIGHTS, np.nan))
+    assert "no row" not in str(caught.value)
 
 
 def test_unknown_names_are_refused(walking_gait: Gait) -> None:
     with pytest.raises(UnknownNameError, match="known: roll, pitch, yaw"):
-        stabilization(walking_gait, free=("heading",))
-    with pytest.raises(UnknownNameError, match="bilinear, descent"):
-        stabilization(walking_gait, method="magic")  # type: ignore[arg-type]
+        stabilize(walking_gait, free=("heading",))

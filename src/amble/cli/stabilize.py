@@ -10,7 +10,6 @@ import typer
 
 from amble.cli.console import wrote
 from amble.cli.progress import progress
-from amble.optional import require
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,17 +18,15 @@ if TYPE_CHECKING:
     from amble.stability.stabilize import Stabilized
 
 BASE = ("roll", "pitch", "yaw")
-TARGET, STEPS = 0.2, 25
 
 
 class Method(StrEnum):
     """What chooses the weights."""
 
-    DESCENT = "descent"
     BILINEAR = "bilinear"
 
 
-METHOD_HELP = "What chooses the weights: descent, or bilinear for the paper's matrix inequalities."
+METHOD_HELP = "What chooses the weights: the paper's bilinear matrix inequalities."
 
 
 def stabilize(
@@ -37,49 +34,30 @@ def stabilize(
     free: Annotated[
         list[str] | None, typer.Option(help="Coordinate with free weights.", show_default="roll, pitch, yaw")
     ] = None,
-    method: Annotated[Method, typer.Option(help=METHOD_HELP)] = Method.DESCENT,
-    target: Annotated[float, typer.Option(help="Stop at this spectral radius of a whole cycle.")] = TARGET,
-    steps: Annotated[int, typer.Option(min=1, help="The most steps.")] = STEPS,
+    method: Annotated[Method, typer.Option(help=METHOD_HELP)] = Method.BILINEAR,  # noqa: ARG001  (there is one)
     out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
 ) -> None:
     """Weight the outputs of a gait until its orbit is exponentially stable."""
     from amble.gait.files import load_gait, save_gait
 
-    require_method(method)
-    found = stabilized(load_gait(gait), free or BASE, method, target, steps)
+    found = stabilized(load_gait(gait), free or BASE)
     wrote(save_gait(found.gait, out))
 
 
-def require_method(method: Method) -> None:
-    """Refuse a method whose library is not installed, before any work.
-
-    Raises:
-        MissingExtraError: where it is not installed.
-    """
-    if method is Method.BILINEAR:
-        require("cvxpy", "lmi", "matrix inequalities")
-
-
-def stabilized(
-    gait: Gait, free: Sequence[str] = BASE, method: Method = Method.DESCENT, target: float = TARGET, steps: int = STEPS
-) -> Stabilized:
+def stabilized(gait: Gait, free: Sequence[str] = BASE) -> Stabilized:
     """Stabilise a gait with progress, and say how it went."""
-    from amble.stability.stabilize import stabilization
+    from amble.stability.stabilize import stabilize
 
     with progress("stabilising") as update:
-        found = stabilization(
+        found = stabilize(
             gait,
             tuple(free),
-            method.value,
-            target,
-            steps,
-            lambda step: update(
-                f"step {step.number}, spectral radius {step.radius:.4g}, step length {step.length:.2g}"
-            ),
+            lambda step: update(f"step {step.number}, spectral radius {step.radius:.4g}, bound {step.bound:.4g}"),
             update,
         )
     typer.echo(
-        f"spectral radius of the full cycle {found.initial:.4g} -> {found.radius:.4g} in {len(found.steps) - 1} "
-        f"steps and {found.seconds:.1f} s ({found.parameters} weights, {found.method}): {found.reason}"
+        f"spectral radius of the full cycle {found.initial:.4g} -> {found.radius:.4g}, contraction bound "
+        f"{found.bound:.4g}, in {len(found.steps) - 1} steps and {found.seconds:.1f} s ({found.parameters} weights): "
+        f"{found.reason}"
     )
     return found

@@ -71,6 +71,17 @@ def pack(duration: float, gains: tuple[float, float], references: Matrix, weight
     return np.concatenate([np.asarray(part, dtype=np.float64) for part in parts])
 
 
+def repacked(parameters: Vector, weights: Matrix) -> Vector:
+    """Return packed parameters with other output weights H, (n_y, n_a); errors as in ``pack``."""
+    unseen = unseen_directions(weights).ravel(order="F")
+    return np.concatenate([parameters[: parameters.size - unseen.size], unseen])
+
+
+def reference_end(parameters: Vector) -> float:
+    """Return the clock at which the reference polynomials of packed parameters end, s; there y_d has a kink."""
+    return LATEST_PHASE * float(parameters[0])
+
+
 def unseen_directions(weights: Matrix) -> Matrix:
     """Return an orthonormal basis of the kernel of H, (n_a, n_a - n_y).
 

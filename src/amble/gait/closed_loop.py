@@ -9,7 +9,7 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.feedforward import LATEST_PHASE, pack
+from amble.control.feedforward import pack, reference_end
 from amble.control.outputs import selection_matrix
 from amble.gait.record import Gait
 from amble.gait.validation import LARGEST_ORDER
@@ -83,11 +83,6 @@ def loop_parameters(gait: Gait, domain: str) -> Vector:
         weights = selection_matrix(robot, gait.outputs.of(domain))
         references = weights.T @ trajectory.coefficients
     return frozen(pack(duration, gait.gains, elevate(references, REFERENCE_ORDER), weights))
-
-
-def reference_end(parameters: Vector) -> float:
-    """Return the clock at which the reference polynomials end, s; the desired outputs have a kink there."""
-    return LATEST_PHASE * float(parameters[0])
 
 
 def start_state(gait: Gait) -> Vector:

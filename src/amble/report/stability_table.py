@@ -28,6 +28,9 @@ def stability_table(results: Mapping[str, Any]) -> Table:
         ("spectral radius after stabilisation", number(float(radius["stabilized"]))),
         ("its error bar", number(float(radius["error"]), 2)),
     ]
+    bound = radius.get("contraction_bound")
+    if bound is not None:
+        rows.append(("contraction bound of the cycle, verified", number(float(bound))))
     found = results.get("contraction")  # None where the mode decays too fast to be measured
     if found is not None:
         rows += [

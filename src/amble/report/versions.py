@@ -11,11 +11,6 @@ from amble.codegen.compiler import compiler
 LIBRARIES = ("casadi", "numpy", "scipy")
 """IPOPT is inside casadi."""
 
-OPTIONAL = ("cvxpy", "clarabel")
-"""They compute where a gait is stabilised by matrix inequalities (the extra "lmi")."""
-
-NOT_INSTALLED = "not installed"
-
 NO_COMPILER = "none, interpreted"
 
 
@@ -30,13 +25,5 @@ def computing_versions() -> dict[str, str]:
         "amble": __version__,
         "python": platform.python_version(),
         **{name: metadata.version(name) for name in LIBRARIES},
-        **{name: _version(name) for name in OPTIONAL},
         "C compiler": NO_COMPILER if found is None else found.version,
     }
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return NOT_INSTALLED

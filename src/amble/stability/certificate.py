@@ -24,8 +24,9 @@ from amble.stability.leading_mode import LeadingMode, leading_mode
 from amble.stability.monodromy import prepare_variational
 from amble.stability.poincare import LONGEST
 from amble.stability.pseudospectrum import largest_radius
+from amble.stability.quadratic_bound import QuadraticBound, quadratic_bound
 from amble.stability.spectrum import Spectrum, spectrum
-from amble.types import Json, Matrix, Vector, frozen
+from amble.types import Json, Vector, frozen
 
 TOLERANCES = (1e-8, 1e-10, 1e-12)
 LARGEST_RESIDUAL = 1e-8
@@ -53,8 +54,8 @@ class Certificate:
         disagreement: distance of the two matrices A, relative to the first (2-norm).
         sweep: (tolerance of the integrator, spectral radius).
         differences: the second opinion: its step and its own sweep.
-        lyapunov: W with A^T W A - W = -1, which is positive definite, in the basis of the spectrum; None where the
-            radius is not below 1.
+        bound: W > 0 and r < 1 with r^2 W - A^T W A > 0, verified, in the basis of the spectrum; None where the radius
+            is not below 1.
         mode: the decay of the leading mode in a simulation; None where the radius is not below 1, or so small that no
             cycle shows it.
         conditions: what else was checked on the orbit.
@@ -70,7 +71,7 @@ class Certificate:
     disagreement: float
     sweep: tuple[tuple[float, float], ...]
     differences: Differences
-    lyapunov: Matrix | None
+    bound: QuadraticBound | None
     mode: LeadingMode | None
     conditions: tuple[Row, ...] = ()
 
@@ -86,12 +87,14 @@ class Certificate:
             for neutral in self.spectrum.neutral
         ]
         contraction = [] if self.mode is None else [_contraction(self.mode)]
+        bound = () if self.bound is None else self.bound.rows()
         return (
             Row("spectral radius plus its error bar", 0.0, self.radius + self.error, float(np.nextafter(1.0, 0.0))),
             Row("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
             Row("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
             *defects,
             *contraction,
+            *bound,
             *self.conditions,
         )
 
@@ -125,7 +128,7 @@ class Certificate:
             "tolerance_sweep": [[tolerance, finite(distance)] for tolerance, distance in self.sweep],
             "return_map": self.spectrum.matrix.tolist(),
             "basis": self.spectrum.basis.tolist(),
-            "lyapunov": None if self.lyapunov is None else self.lyapunov.tolist(),
+            "contraction_bound": None if self.bound is None else self.bound.to_json(),
         }
 
 
@@ -169,7 +172,7 @@ def assess(
         disagreement=float(np.linalg.norm(doubts[0], 2) / np.linalg.norm(best.matrix, 2)),
         sweep=tuple((tolerance, candidate.radius) for tolerance, _, candidate in swept),
         differences=differences,
-        lyapunov=lyapunov_matrix(best.matrix) if stable else None,
+        bound=quadratic_bound(best.matrix) if stable else None,
         mode=leading_mode(system, entry, best) if stable else None,
     )
 
@@ -221,11 +224,3 @@ def _contraction(mode: LeadingMode) -> Row:
     margin = LARGEST_DIFFERENCE * mode.predicted
     name = "contraction of the leading mode in simulation"
     return Row(name, mode.predicted - margin, mode.rate, mode.predicted + margin)
-
-
-def lyapunov_matrix(matrix: Matrix) -> Matrix:
-    """Solve A^T W A - W = -1 for the symmetric W; positive definite exactly where the spectral radius is below 1."""
-    from scipy.linalg import solve_discrete_lyapunov
-
-    solution = solve_discrete_lyapunov(matrix.T, np.eye(len(matrix)))
-    return frozen(0.5 * (solution + solution.T))

@@ -70,17 +70,20 @@ class Orbit:
     Attributes:
         domains: in order of the cycle.
         start: fixed point of the Poincare map, (n_x,).
-        basis: orthonormal columns spanning the image of the last event, less horizontal position, (n_x, m): every
-            state after the reset lies in it, so the multipliers of the map are those of basis^T A basis.
+        basis: columns spanning the image of the last event, less horizontal position, orthonormal where every state is
+            counted in its unit, (n_x, m): every state after the reset lies in it, so the multipliers of the map are
+            those of dual A basis.
+        dual: the left inverse of basis that takes a state to its coordinates, (m, n_x).
     """
 
     domains: tuple[DomainOrbit, ...]
     start: Vector
     basis: Matrix
+    dual: Matrix
 
 
 def sample_orbit(
-    system: HybridSystem, start: Vector, loops: Mapping[str, StanceLoop], durations: Mapping[str, float]
+    system: HybridSystem, start: Vector, loops: Mapping[str, StanceLoop], durations: Mapping[str, float], units: Vector
 ) -> Orbit:
     """Sample the orbit that starts at a fixed point of a system with the given durations.
 
@@ -89,6 +92,7 @@ def sample_orbit(
         start: the fixed point, (n_x,).
         loops: domain -> its compiled functions.
         durations: domain -> duration on the orbit, s.
+        units: how large a change of each state counts as one, (n_x,).
     """
     from scipy.integrate import solve_ivp
 
@@ -109,7 +113,8 @@ def sample_orbit(
         states = motion.y[:, :-1].T.reshape(PANELS, STAGES, entry.size)
         domains.append(DomainOrbit(domain.name, duration, clock, states, event, loops[domain.name].variation))
         entry = np.asarray(transition.reset(duration, before, domain.parameters)).ravel()
-    return Orbit(tuple(domains), np.asarray(start), _image(domains[-1].event))
+    image = _image(domains[-1].event / units[:, None])
+    return Orbit(tuple(domains), np.asarray(start), units[:, None] * image, image.T / units)
 
 
 def _image(event: Matrix) -> Matrix:

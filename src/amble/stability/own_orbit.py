@@ -50,8 +50,8 @@ def own_fixed_point(gait: Gait, progress: Progress | None = None) -> tuple[Hybri
     return system, fixed_point(system, start_state(gait), progress=progress)
 
 
-def with_own_orbit(gait: Gait) -> Gait:
-    """Return the gait with feedback at theta_0: references of the closed loop's own orbit, weights of the gait problem.
+def own_feedback(gait: Gait) -> Feedback:
+    """Return the feedback at theta_0: references of the closed loop's own orbit, weights of the gait problem.
 
     Errors as in ``own_fixed_point``.
     """
@@ -69,4 +69,4 @@ def with_own_orbit(gait: Gait) -> Gait:
     weights = {
         stance.name: selection_matrix(gait.robot, gait.outputs.of(stance.name)) for stance in gait.pattern.solved
     }
-    return replace(gait, feedback=Feedback(references, weights, durations, np.array(found.state)))
+    return Feedback(references, weights, durations, np.array(found.state))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from amble.stability.lyapunov import accumulated
 from amble.types import Matrix, Vector
 
 ANGLES = 181
@@ -13,7 +14,6 @@ BISECTIONS = 40
 LIFT, SMALLEST = 1.1, 1e-4
 """How far above the radius the Lyapunov function is asked for, and its least value relative to the norm."""
 
-DOUBLINGS = 10
 WORST_CONDITION = 1e12
 """Coordinates whose Lyapunov function is worse conditioned than this are not used."""
 
@@ -52,24 +52,11 @@ def _coordinates(matrix: Matrix) -> list[tuple[Matrix, Matrix]]:
     found = [(identity, identity), (np.diag(1.0 / scales), np.diag(scales))]
     reached = max(LIFT * radius(matrix), SMALLEST * float(np.linalg.norm(balanced, 2)))
     if reached > 0:
-        weight = _accumulated(balanced / reached)
+        weight = accumulated(balanced / reached)
         if np.all(np.isfinite(weight)) and np.linalg.cond(weight) < WORST_CONDITION:
             forward = np.linalg.cholesky(weight).T
             found.append((forward / scales, scales[:, np.newaxis] * np.linalg.inv(forward)))
     return found
-
-
-def _accumulated(matrix: Matrix) -> Matrix:
-    """Sum (B^k)^T B^k over all k, the solution of B^T W B - W = -1, by doubling (Smith, SIAM J. Appl. Math. 16, 1968).
-
-    A direct solution would lose the positive definite W where B is far from normal.
-    """
-    weight, power = np.eye(len(matrix)), matrix
-    with np.errstate(over="ignore", invalid="ignore"):  # the caller checks that the sum is finite
-        for _ in range(DOUBLINGS):
-            weight = weight + power.T @ weight @ power
-            power = power @ power
-    return np.asarray(0.5 * (weight + weight.T))
 
 
 def pseudospectral_radius(matrix: Matrix, size: float) -> float:

@@ -4,50 +4,42 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 
-from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.outputs import controllable
-from amble.errors import InputError, UnknownNameError, WorkError
+from amble.errors import InputError, WorkError
 from amble.gait import Gait
-from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
-from amble.stability.bilinear import bilinear_step
-from amble.stability.descent import descent_step, smooth_radius
-from amble.stability.fixed_point import FixedPoint
-from amble.stability.orbit import Orbit, sample_orbit
-from amble.stability.own_orbit import own_fixed_point, with_own_orbit
-from amble.stability.weighted_map import WeightedMap, Weighting, weighted_map
+from amble.stability.bilinear import EVALUATIONS, least_bound
+from amble.stability.weight_search import Closed, WeightSearch
 from amble.types import Vector
 
-Method = Literal["bilinear", "descent"]
 BASE = ("roll", "pitch", "yaw")
-LONGEST_STEP, LARGEST_STEP = 1.0, 4.0
-"""Length of the first step and what it may grow to: |d| for "bilinear", the share of the way for "descent"."""
+ROUNDS = 3
+"""The most descents, each on the closed loop's own orbit under the weights of the one before."""
 
-SHORTEST_STEP = 1e-3
-SMALLEST_GAIN = 2e-3
-DESCENT_EVALUATIONS = 60
-LARGEST_DRIFT = 1e-6
-"""The fixed point may move this much under new weights; more means that the references do not reproduce the orbit."""
+SHARES = (1.0, 0.25, 0.0625)
+"""Parts of the way to new weights that are tried."""
+
+SMALLEST_GAIN = 0.1
 
 
 @dataclass(frozen=True)
 class Step:
-    """One accepted step, recomputed at the closed loop's own fixed point.
+    """The closed loop under some weights, computed at its own fixed point.
 
     Attributes:
         number: from 1; 0 is the start.
         radius: spectral radius of a whole gait cycle.
-        length: |d| of the weights.
+        bound: r of a whole gait cycle: V(x) = x^T W x falls by r^2 in it.
+        length: how far the weights moved.
         drift: how far the fixed point moved since the start, largest component.
         seconds: wall time since the start.
     """
 
     number: int
     radius: float
+    bound: float
     length: float
     drift: float
     seconds: float
@@ -58,11 +50,11 @@ class Stabilized:
     """The result of a stabilisation.
 
     Attributes:
-        gait: the gait with stabilised feedback.
-        steps: the accepted steps, the first the start.
-        reason: why it stopped.
+        gait: the gait with stabilised feedback, starting at its own fixed point.
+        steps: the accepted steps, the first the start; every one has a smaller bound than the one before, and no larger
+            radius than the start.
+        reason: why it stopped, and why steps were refused.
         parameters: number of free weights.
-        method: "bilinear" or "descent".
         seconds: wall time of everything, s.
     """
 
@@ -70,7 +62,6 @@ class Stabilized:
     steps: tuple[Step, ...]
     reason: str
     parameters: int
-    method: str
     seconds: float
 
     @property
@@ -83,6 +74,11 @@ class Stabilized:
         """Spectral radius of a gait cycle after."""
         return self.steps[-1].radius
 
+    @property
+    def bound(self) -> float:
+        """Contraction bound r of a gait cycle after."""
+        return self.steps[-1].bound
+
 
 Progress = Callable[[Step], None]
 Doing = Callable[[str], None]
@@ -93,176 +89,94 @@ class NotStabilizedError(WorkError):
 
 
 def stabilize(
-    gait: Gait,
-    free: Sequence[str] = BASE,
-    method: Method = "descent",
-    target: float = 0.2,
-    most_steps: int = 25,
-    progress: Progress | None = None,
-) -> Gait:
-    """Return the gait with output weights that make its orbit exponentially stable; see ``stabilization``."""
-    return stabilization(gait, free, method, target, most_steps, progress).gait
-
-
-def stabilization(
-    gait: Gait,
-    free: Sequence[str] = BASE,
-    method: Method = "descent",
-    target: float = 0.2,
-    most_steps: int = 25,
-    progress: Progress | None = None,
-    doing: Doing | None = None,
+    gait: Gait, free: Sequence[str] = BASE, progress: Progress | None = None, doing: Doing | None = None
 ) -> Stabilized:
     """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d).
+
+    The contraction bound of the return map is minimised (``bilinear``) on the closed loop's orbit, and again on its own
+    orbit under the weights found, until that gains less than 10 %.
 
     Args:
         gait: the gait; feedback that it already has is replaced.
         free: coordinates among roll, pitch, yaw and the joints whose columns of H are free.
-        method: "bilinear" iterates over linear matrix inequalities (the paper's way), "descent" descends the spectral
-            radius itself.
-        target: stop at this spectral radius of a whole gait cycle.
-        most_steps: stop after so many steps.
         progress: called with every accepted step.
         doing: called between them with what is being computed, in words.
 
     Raises:
-        UnknownNameError: a free coordinate or the method does not exist.
-        InputError: the target is not between 0 and 1.
+        UnknownNameError: a free coordinate does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
     """
-    _require(method, target)
     began = time.perf_counter()
     tell = doing or (lambda _: None)
+    show = progress or (lambda _: None)
     tell("orbit of the closed loop")
-    search = _Search.of(with_own_orbit(gait), free, tell)
-    theta, length = np.zeros(search.weighting.size), LONGEST_STEP
-    steps = [search.accepted(0, theta, 0.0, began)]
-    _tell(progress, steps[-1])
-    reason = f"{most_steps} steps taken"
-    while len(steps) <= most_steps and steps[-1].radius > target and length >= SHORTEST_STEP:
+    search = WeightSearch.of(gait, free)
+    here = search.close(np.zeros(search.weighting.size))
+    steps, refusals = [_step(0, here, here, began)], list[str]()
+    show(steps[0])
+    reason = f"{ROUNDS} descents done"
+    for number in range(1, ROUNDS + 1):
+        there = _improved(search, here, steps[0].radius, tell, refusals)
+        if there is None:
+            reason = "no step reduces the bound any more"
+            break
+        steps.append(_step(number, there, here, began))
+        show(steps[-1])
+        gain, here = 1.0 - there.bound / here.bound, there
+        if gain < SMALLEST_GAIN:
+            reason = f"the last descent gained less than {SMALLEST_GAIN:.0%}"
+            break
+        search = search.around(here)
+    reason = "; ".join([reason, *(f"refused: {refusal}" for refusal in refusals)])
+    if here.radius >= 1.0:
+        raise NotStabilizedError(_explanation(search, here, free, reason))
+    return Stabilized(here.gait, tuple(steps), reason, here.theta.size, time.perf_counter() - began)
+
+
+def _improved(search: WeightSearch, here: Closed, largest: float, tell: Doing, refusals: list[str]) -> Closed | None:
+    """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
+
+    def show(number: int, bound: float) -> None:
+        power = 2 if search.gait.pattern.mirrored else 1
+        tell(f"evaluation {number} of at most {EVALUATIONS}, contraction bound {bound**power:.4g}")
+
+    try:
+        proposed = least_bound(search.orbit, search.weighting, here.theta, show)
+    except WorkError as error:
+        refusals.append(str(error))
+        return None
+    for share in SHARES:
+        trial: Vector = here.theta + share * (proposed - here.theta)
         try:
-            proposed = search.propose(method, theta, length)
-            if method == "descent" and not search.gains(theta, proposed):
-                length = 0.0
-                continue
-            step = search.accepted(len(steps), proposed, float(np.linalg.norm(proposed - theta)), began)
-        except WorkError as error:  # the closed loop fell, did not close, or the step's own problem failed: step back
-            reason, length = str(error), 0.25 * length
+            there = search.close(trial)
+        except (WorkError, InputError) as error:  # the closed loop fell, did not close, or has dependent outputs
+            refusals.append(str(error))
             continue
-        if step.radius >= steps[-1].radius * (1.0 - SMALLEST_GAIN):
-            length *= 0.25
-            continue
-        steps.append(step)
-        _tell(progress, step)
-        theta, length = proposed, min(2.0 * length, LARGEST_STEP)
-    if length < SHORTEST_STEP:
-        reason = "no step reduces the radius any more"
-    if steps[-1].radius <= target:
-        reason = f"the target {target:g} is reached"
-    if steps[-1].radius >= 1.0:
-        raise NotStabilizedError(search.explain(theta, steps[-1].radius, free, reason))
-    spent = time.perf_counter() - began
-    return Stabilized(search.gait_with(theta), tuple(steps), reason, search.weighting.size, method, spent)
+        if there.bound < here.bound and there.radius <= largest:
+            return there
+    return None
 
 
-def _require(method: str, target: float) -> None:
-    if method not in ("bilinear", "descent"):
-        raise UnknownNameError("method", method, ["bilinear", "descent"])
-    if not 0.0 < target < 1.0:
-        raise InputError(f"the target radius is {target:g}; a stable orbit has a radius between 0 and 1")
+def _step(number: int, there: Closed, before: Closed, began: float) -> Step:
+    return Step(
+        number=number,
+        radius=there.radius,
+        bound=there.bound,
+        length=float(np.linalg.norm(there.theta - before.theta)),
+        drift=there.drift,
+        seconds=time.perf_counter() - began,
+    )
 
 
-@dataclass(frozen=True)
-class _Search:
-    """What stays fixed during a stabilisation."""
-
-    gait: Gait
-    orbit: Orbit
-    weighting: Weighting
-    power: int
-    tell: Doing
-
-    @classmethod
-    def of(cls, gait: Gait, free: Sequence[str], tell: Doing) -> _Search:
-        system, found = own_fixed_point(gait)
-        durations = dict(zip((d.name for d in system.domains), found.monodromy.durations, strict=True))
-        orbit = sample_orbit(system, found.state, _loops(gait), durations)
-        return cls(gait, orbit, _weighting(gait, free), 2 if gait.pattern.mirrored else 1, tell)
-
-    def evaluate(self, theta: Vector) -> WeightedMap:
-        return weighted_map(self.orbit, self.weighting, theta)
-
-    def propose(self, method: Method, theta: Vector, length: float) -> Vector:
-        if method == "bilinear":
-            self.tell("matrix inequalities")
-            return theta + bilinear_step(self.evaluate(theta), length)[0]
-
-        def show(number: int, radius: float) -> None:
-            self.tell(f"evaluation {number} of {DESCENT_EVALUATIONS}, spectral radius {radius**self.power:.4g}")
-
-        best = descent_step(self.orbit, self.weighting, theta, DESCENT_EVALUATIONS, show)
-        return theta + min(length, 1.0) * (best - theta)
-
-    def gains(self, theta: Vector, proposed: Vector) -> bool:
-        """Whether the stored orbit promises a smaller radius; where it does not, a shorter step will not either."""
-        return self.evaluate(proposed).radius < (1.0 - SMALLEST_GAIN) * self.evaluate(theta).radius
-
-    def gait_with(self, theta: Vector) -> Gait:
-        assert self.gait.feedback is not None
-        return replace(self.gait, feedback=replace(self.gait.feedback, weights=self.weighting.weights(theta)))
-
-    def accepted(self, number: int, theta: Vector, length: float, began: float) -> Step:
-        """Find the fixed point of the closed loop with the new weights and take the radius there."""
-        _, found = own_fixed_point(self.gait_with(theta))
-        drift = float(np.abs(found.state - self.orbit.start)[2:].max())
-        if drift > LARGEST_DRIFT:
-            raise WorkError(f"new output weights moved the orbit by {drift:.2g}; the references do not reproduce it")
-        return Step(number, self._radius(found) ** self.power, length, drift, time.perf_counter() - began)
-
-    def _radius(self, found: FixedPoint) -> float:
-        basis = self.orbit.basis
-        return float(np.abs(np.linalg.eigvals(basis.T @ found.monodromy.matrix @ basis)).max())
-
-    def explain(self, theta: Vector, radius: float, free: Sequence[str], reason: str) -> str:
-        """Say which outputs limit the radius: by how much a weight on each coordinate would change it, best first."""
-        names = controllable(self.gait.robot)
-        everything = _weighting(self.gait_with(theta), names)
-        here = weighted_map(self.orbit, everything, np.zeros(everything.size))
-        pull = here.gradient(smooth_radius(here.matrix)[1])
-        columns = np.concatenate([np.nonzero(mask)[1] for mask in everything.free.values()])
-        effect = {name: float(np.linalg.norm(pull[columns == place])) for place, name in enumerate(names)}
-        others = sorted((name for name in names if name not in free), key=lambda name: -effect[name])[:3]
-        limiting = ", ".join(f"{name} ({effect[name]:.2g})" for name in free)
-        helpful = ", ".join(f"{name} ({effect[name]:.2g})" for name in others)
-        return (
-            f"the orbit stays unstable: best spectral radius of a gait cycle {radius:.4g} ({reason}); "
-            f"slope of its logarithm in the weights that were free: {limiting}; in those that were not: {helpful}"
-        )
-
-
-def _loops(gait: Gait) -> dict[str, StanceLoop]:
-    counts = [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved]
-    loops = stance_loops(gait.robot, gait.law, gait.pattern.switches, counts, REFERENCE_ORDER)
-    return dict(zip((stance.name for stance in gait.pattern.solved), loops, strict=True))
-
-
-def _weighting(gait: Gait, free: Sequence[str]) -> Weighting:
-    names = controllable(gait.robot)
-    for name in free:
-        if name not in names:
-            raise UnknownNameError("output coordinate", name, names)
-    assert gait.feedback is not None
-    start, packed, masks = dict(gait.feedback.weights), {}, {}
-    for name, matrix in start.items():
-        mask = np.zeros(matrix.shape, dtype=np.bool_)
-        mask[:, [names.index(coordinate) for coordinate in free]] = True
-        masks[name] = mask
-        outputs, coordinates = matrix.shape
-        packed[name] = loop_parameters(gait, name)[: -coordinates * (coordinates - outputs)]
-    return Weighting(start, masks, packed)
-
-
-def _tell(progress: Progress | None, step: Step) -> None:
-    if progress is not None:
-        progress(step)
+def _explanation(search: WeightSearch, here: Closed, free: Sequence[str], reason: str) -> str:
+    """Say which outputs limit the bound: by how much a weight on each coordinate would change it, best first."""
+    effect = search.pulls(here.theta)
+    others = sorted((name for name in effect if name not in free), key=lambda name: -effect[name])[:3]
+    limiting = ", ".join(f"{name} ({effect[name]:.2g})" for name in free)
+    helpful = ", ".join(f"{name} ({effect[name]:.2g})" for name in others)
+    return (
+        f"the orbit stays unstable: best spectral radius of a gait cycle {here.radius:.4g} ({reason}); "
+        f"slope of the logarithm of its bound in the weights that were free: {limiting}; "
+        f"in those that were not: {helpful}"
+    )

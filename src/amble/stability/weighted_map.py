@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.control.feedforward import unseen_directions
+from amble.control.feedforward import repacked
 from amble.simulation.bound import bind
 from amble.stability.orbit import PANELS, STAGES, DomainOrbit, GaussRule, Orbit
 from amble.types import Matrix, NodeValues, Vector
@@ -23,7 +23,7 @@ class Weighting:
     Attributes:
         start: domain -> H_0, (n_y, n_a).
         free: domain -> mask of the free entries of H, (n_y, n_a).
-        packed: domain -> parameters of the compiled loop up to the kernel of H, which follows them.
+        packed: domain -> parameters of the compiled loop with H_0.
     """
 
     start: Mapping[str, Matrix]
@@ -91,21 +91,12 @@ class WeightedMap:
         """Spectral radius."""
         return float(np.abs(np.linalg.eigvals(self.matrix)).max())
 
-    def slopes(self) -> NDArray[np.float64]:
-        """Return d matrix / d theta, (size, m, m).
+    def gradient(self, outer: Matrix) -> Vector:
+        """Return the gradient with respect to theta of a function whose slope with respect to ``matrix`` is outer.
 
         On the orbit d field / d x changes by -K dH E, a matrix of rank one for one weight, so
         dPhi(T, 0) = - int Phi(T, t) [0; K] dH E Phi(t, 0) dt.
         """
-        parts = []
-        for (left, right), transport in zip(self._sides(), self.transports, strict=True):
-            before, after = _sandwich(left, right, transport)
-            parts.append(-np.einsum("k,kmr,kcn->rcmn", transport.measure, after, before, optimize=True))
-        masks = self.weighting.free.values()
-        return np.concatenate([part[mask] for part, mask in zip(parts, masks, strict=True)])
-
-    def gradient(self, outer: Matrix) -> Vector:
-        """Return the gradient with respect to theta of a function whose slope with respect to ``matrix`` is outer."""
         collected = {}
         for domain, (left, right), transport in zip(self.orbit.domains, self._sides(), self.transports, strict=True):
             before, after = _sandwich(left, right, transport)
@@ -115,11 +106,11 @@ class WeightedMap:
         return self.weighting.gather(collected)
 
     def _sides(self) -> list[tuple[Matrix, Matrix]]:
-        """What stands left and right of Phi_d in the product basis^T E_D Phi_D ... E_1 Phi_1 basis."""
+        """What stands left and right of Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis."""
         factors = [d.event @ t.whole for d, t in zip(self.orbit.domains, self.transports, strict=True)]
-        basis, sides = self.orbit.basis, []
+        sides = []
         for index, domain in enumerate(self.orbit.domains):
-            left, right = basis.T, basis
+            left, right = self.orbit.dual, self.orbit.basis
             for later in reversed(factors[index + 1 :]):
                 left = left @ later
             for earlier in factors[:index]:
@@ -137,12 +128,12 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
     total = orbit.basis
     for domain, transport in zip(orbit.domains, transports, strict=True):
         total = domain.event @ (transport.whole @ total)
-    return WeightedMap(orbit.basis.T @ total, orbit, weighting, transports)
+    return WeightedMap(orbit.dual @ total, orbit, weighting, transports)
 
 
 def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
     """Solve Phi' = F(t) Phi by Gauss collocation, all panels at once."""
-    parameters = np.append(packed, unseen_directions(weights).ravel(order="F"))
+    parameters = repacked(packed, weights)
     size, count = domain.states.shape[-1], PANELS * STAGES
     step = domain.duration / PANELS
     found = bind(domain.variation, parameters).along(domain.clock.ravel(), domain.states.reshape(count, size))

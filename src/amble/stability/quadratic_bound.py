@@ -1,0 +1,100 @@
+"""A verified bound on how fast an orbit attracts: V(x) = x^T W x falls by the factor r^2 in every cycle.
+
+W > 0 and r^2 W - A^T W A > 0 are the matrix inequalities of the paper's stabilisation with W known. They are verified
+apart from the equation that gave W: a Cholesky factor L of M - d 1 with the residual R = L L^T - (M - d 1) shows that
+no eigenvalue of the symmetric M is below d - |R|; what rounding leaves uncertain in M and R is taken off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.errors import Row
+from amble.stability.lyapunov import accumulated, smoothed_radius
+from amble.types import Json, Matrix, frozen
+
+TRACE = 1e4
+"""Trace of W in balanced coordinates, unless a radius near 1 needs more: a larger one is sharper and promises less
+about the first cycles."""
+
+ROUNDING = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class QuadraticBound:
+    """W and r with r^2 W - A^T W A > 0.
+
+    Attributes:
+        rate: r, below 1.
+        metric: W, (m, m), in the coordinates of A.
+        definite: a lower bound of the least eigenvalue of W.
+        decrease: a lower bound of the least eigenvalue of r^2 W - A^T W A; rounding is taken off in both.
+    """
+
+    rate: float
+    metric: Matrix
+    definite: float
+    decrease: float
+
+    def rows(self) -> tuple[Row, ...]:
+        """Return what must hold as rows."""
+        least = float(np.nextafter(0.0, 1.0))
+        return (
+            Row("contraction bound r", 0.0, self.rate, float(np.nextafter(1.0, 0.0))),
+            Row("least eigenvalue of W", least, self.definite, float("inf")),
+            Row("least eigenvalue of r^2 W - A^T W A", least, self.decrease, float("inf")),
+        )
+
+    def to_json(self) -> Json:
+        """Return the bound as a tree for a JSON file."""
+        return {"rate": self.rate, "W": self.metric.tolist()}
+
+
+def quadratic_bound(matrix: Matrix) -> QuadraticBound:
+    """Return a bound below 1 for a matrix A whose spectral radius is.
+
+    Args:
+        matrix: A, with spectral radius below 1.
+    """
+    from scipy.linalg import matrix_balance
+
+    if not matrix.any():
+        return verified_bound(matrix, 0.5, np.eye(len(matrix)))  # any rate will do
+    balanced, (scales, _) = matrix_balance(matrix, permute=False, separate=True)
+    trace = max(TRACE, 2.0 * float(np.trace(accumulated(balanced))))  # at s = 1 the trace is below it, so r < 1
+    found = smoothed_radius(balanced, trace)
+    return verified_bound(matrix, found.value, found.metric / np.outer(scales, scales))
+
+
+def verified_bound(matrix: Matrix, rate: float, metric: Matrix) -> QuadraticBound:
+    """Judge any r and symmetric W for A, wherever they come from."""
+    size = len(matrix)
+    difference = rate**2 * metric - matrix.T @ metric @ matrix
+    products = np.abs(rate**2 * metric) + np.abs(matrix).T @ np.abs(metric) @ np.abs(matrix)
+    # a product of three matrices of size m has the relative error 2 (m + 2) eps of the product of their moduli
+    error = 2.0 * (size + 2) * ROUNDING * float(np.linalg.norm(products))
+    definite = least_eigenvalue_bound(metric)
+    return QuadraticBound(
+        rate, frozen(metric), definite, least_eigenvalue_bound(0.5 * (difference + difference.T)) - error
+    )
+
+
+def least_eigenvalue_bound(matrix: Matrix) -> float:
+    """Return a number that no eigenvalue of a symmetric matrix is below, verified by a Cholesky factor.
+
+    Where the matrix is not positive definite the eigenvalue solver's own least eigenvalue is returned, not verified.
+    """
+    least = float(np.linalg.eigvalsh(matrix).min())
+    shift = 0.5 * least
+    shifted = matrix - shift * np.eye(len(matrix))
+    try:
+        factor = np.linalg.cholesky(shifted)
+    except np.linalg.LinAlgError:
+        return min(least, 0.0)
+    if shift <= 0.0:
+        return least
+    products = np.abs(factor) @ np.abs(factor).T + np.abs(shifted)
+    rounding = (len(matrix) + 2) * ROUNDING * float(np.linalg.norm(products))
+    return shift - float(np.linalg.norm(factor @ factor.T - shifted)) - rounding

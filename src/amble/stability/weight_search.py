@@ -1,0 +1,167 @@
+"""The closed loop of a gait with free output weights: its orbit, and what it is at its own fixed point under others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from amble.control.closed_loop import StanceLoop, stance_loops
+from amble.control.outputs import controllable
+from amble.errors import UnknownNameError, WorkError
+from amble.gait import Feedback, Gait
+from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
+from amble.hybrid import HybridSystem
+from amble.stability.bilinear import TRACE
+from amble.stability.fixed_point import FixedPoint
+from amble.stability.lyapunov import smoothed_radius
+from amble.stability.orbit import Orbit, sample_orbit
+from amble.stability.own_orbit import own_feedback, own_fixed_point
+from amble.stability.weighted_map import WeightedMap, Weighting, weighted_map
+from amble.types import Vector
+
+LARGEST_DRIFT = 1e-3
+"""What new weights may move the fixed point by: the references miss the orbit by about 1e-6, which weights feed back,
+so that orbits under large weights lie up to 1e-5 away. More would be another gait."""
+
+
+@dataclass(frozen=True)
+class Closed:
+    """A closed loop under some weights, at its own fixed point.
+
+    Attributes:
+        theta: the weights, (size,).
+        gait: the gait with these weights, starting at the fixed point.
+        system: its solved stances as a hybrid system.
+        found: the fixed point.
+        radius: spectral radius of a whole gait cycle.
+        bound: r of a whole gait cycle: V(x) = x^T W x falls by r^2 in it, trace W = ``bilinear.TRACE``.
+        drift: how far the fixed point lies from that of theta = 0, largest component.
+    """
+
+    theta: Vector
+    gait: Gait
+    system: HybridSystem
+    found: FixedPoint
+    radius: float
+    bound: float
+    drift: float
+
+
+@dataclass(frozen=True)
+class WeightSearch:
+    """A gait with free output weights, on the orbit of its closed loop under some of them.
+
+    Attributes:
+        gait: the gait.
+        feedback: at theta = 0; its start is the fixed point there.
+        weighting: the free weights.
+        orbit: the orbit.
+    """
+
+    gait: Gait
+    feedback: Feedback
+    weighting: Weighting
+    orbit: Orbit
+
+    @classmethod
+    def of(cls, gait: Gait, free: Sequence[str]) -> WeightSearch:
+        """Start at the weights of the gait problem; feedback that the gait has is replaced.
+
+        Raises:
+            UnknownNameError: a free coordinate does not exist.
+            FallError, NotSolvedError: the closed loop has no orbit near the gait.
+        """
+        _require(gait, free)
+        feedback = own_feedback(gait)
+        whole = replace(gait, feedback=feedback)
+        system, found = own_fixed_point(whole)
+        feedback = replace(feedback, start=np.array(found.state))
+        return cls(gait, feedback, _weighting(whole, feedback, free), _sampled(whole, system, found))
+
+    def evaluate(self, theta: Vector) -> WeightedMap:
+        """Evaluate the return map's Jacobian on the stored orbit."""
+        return weighted_map(self.orbit, self.weighting, theta)
+
+    def gait_with(self, theta: Vector) -> Gait:
+        """Return the gait with other weights, starting where it starts at theta = 0."""
+        return replace(self.gait, feedback=self.feedback_with(theta))
+
+    def close(self, theta: Vector) -> Closed:
+        """Find the closed loop's own fixed point with other weights, and its radius and bound there.
+
+        Raises:
+            FallError, NotSolvedError: there is none.
+            WorkError: it is another gait's.
+        """
+        gait = self.gait_with(theta)
+        system, found = own_fixed_point(gait)
+        drift = float(np.abs(found.state - self.feedback.start)[2:].max())
+        if drift > LARGEST_DRIFT:
+            raise WorkError(f"new output weights moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")
+        matrix = self.orbit.dual @ found.monodromy.matrix @ self.orbit.basis
+        power = 2 if gait.pattern.mirrored else 1
+        return Closed(
+            theta=theta,
+            gait=replace(gait, feedback=replace(self.feedback_with(theta), start=np.array(found.state))),
+            system=system,
+            found=found,
+            radius=float(np.abs(np.linalg.eigvals(matrix)).max()) ** power,
+            bound=smoothed_radius(matrix, TRACE).value ** power,
+            drift=drift,
+        )
+
+    def around(self, there: Closed) -> WeightSearch:
+        """Go on from the orbit of a closed loop."""
+        return replace(self, orbit=_sampled(there.gait, there.system, there.found))
+
+    def feedback_with(self, theta: Vector) -> Feedback:
+        """Return the feedback with other weights."""
+        return replace(self.feedback, weights=self.weighting.weights(theta))
+
+    def pulls(self, theta: Vector) -> dict[str, float]:
+        """Return by how much a weight on each coordinate would change log r: coordinate -> norm of the slope."""
+        names = controllable(self.gait.robot)
+        whole = self.gait_with(theta)
+        everything = _weighting(whole, self.feedback_with(theta), names)
+        here = weighted_map(self.orbit, everything, np.zeros(everything.size))
+        slope = here.gradient(smoothed_radius(here.matrix, TRACE).slope)
+        columns = np.concatenate([np.nonzero(mask)[1] for mask in everything.free.values()])
+        return {name: float(np.linalg.norm(slope[columns == place])) for place, name in enumerate(names)}
+
+
+def natural_units(gait: Gait, height: float) -> Vector:
+    """Return the unit of every state of a robot: lengths by the base's height l, time by sqrt(l / g), (2 n_q,)."""
+    rate = np.sqrt(gait.robot.gravity / height)
+    positions = np.ones(gait.robot.size)
+    positions[:3] = height
+    return np.concatenate([positions, rate * positions])
+
+
+def _sampled(gait: Gait, system: HybridSystem, found: FixedPoint) -> Orbit:
+    durations = dict(zip((d.name for d in system.domains), found.monodromy.durations, strict=True))
+    return sample_orbit(system, found.state, _loops(gait), durations, natural_units(gait, float(found.state[2])))
+
+
+def _loops(gait: Gait) -> dict[str, StanceLoop]:
+    counts = [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved]
+    loops = stance_loops(gait.robot, gait.law, gait.pattern.switches, counts, REFERENCE_ORDER)
+    return dict(zip((stance.name for stance in gait.pattern.solved), loops, strict=True))
+
+
+def _require(gait: Gait, free: Sequence[str]) -> None:
+    names = controllable(gait.robot)
+    for name in free:
+        if name not in names:
+            raise UnknownNameError("output coordinate", name, names)
+
+
+def _weighting(gait: Gait, feedback: Feedback, free: Sequence[str]) -> Weighting:
+    names = controllable(gait.robot)
+    columns = [names.index(coordinate) for coordinate in free]
+    masks = {}
+    for name, matrix in feedback.weights.items():
+        masks[name] = np.zeros(matrix.shape, dtype=np.bool_)
+        masks[name][:, columns] = True
+    return Weighting(dict(feedback.weights), masks, {name: loop_parameters(gait, name) for name in masks})

@@ -1,0 +1,23 @@
+"""What errors say."""
+
+from __future__ import annotations
+
+import pytest
+
+from amble.errors import NotSolvedError, Row
+
+
+def test_a_failed_solver_without_rows_says_nothing_of_rows() -> None:
+    assert str(NotSolvedError("no factor")) == "not solved: no factor"
+
+
+def test_rows_that_all_hold_are_said_to_hold() -> None:
+    assert str(NotSolvedError("stopped early", [])) == "not solved: stopped early\nno row is violated"
+
+
+def test_the_worst_rows_come_first() -> None:
+    error = NotSolvedError("stopped", [Row("a", 0.0, 1.5, 1.0), Row("b", 0.0, 3.0, 1.0)], shown=1)
+    lines = str(error).splitlines()
+    assert lines[1].endswith("b   (violated by 2)")
+    assert lines[2] == "... and 1 more"
+    assert error.rows[0].violation == pytest.approx(2.0)
