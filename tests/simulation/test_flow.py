@@ -104,6 +104,19 @@ def test_a_motion_that_grows_without_bound_ends_with_a_reason(prepare: Preparati
 
 
 @pytest.mark.parametrize("prepare", WAYS)
+def test_a_motion_too_stiff_to_follow_ends_with_a_reason(prepare: Preparation, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rate of -1e7 leaves steps of some 1e-7 s: ten million of them a second, in memory without end."""
+    monkeypatch.setattr(interpreted, "MOST_STEPS", 300)  # scipy's take a millisecond each
+    x = ca.SX.sym("x", 1)
+    domain = Domain.from_expressions("stiff", x, -1e7 * x)
+    system = HybridSystem([domain], [Transition.from_expressions("stiff", "stiff", x, x + 1, x)])
+    passage = run(prepare, system, [1.0])
+    assert (passage.fired, passage.ended) == (None, flow.STUCK)
+    assert passage.steps <= flow.MOST_STEPS
+    assert 0.0 < passage.clock[-1] < 0.1
+
+
+@pytest.mark.parametrize("prepare", WAYS)
 def test_a_guard_that_is_not_a_number_ends_the_passage(prepare: Preparation) -> None:
     assert run(prepare, clockwork(("nan", -1, 0.0)), [0.0]).ended == flow.STUCK
 

@@ -12,6 +12,7 @@
 #define STAGES 16      /* rows of the extended tableau */
 #define STEP_STAGES 12 /* stages that make a step; row 12 is the weights of the solution */
 #define DENSE 7        /* coefficient vectors of the dense output */
+#define MOST_STEPS 10000 /* kept in memory; MOST_STEPS of flow.py */
 #define CHECKS 4       /* looks at the guards within one step */
 
 enum { CROSSED = 0, TOO_LONG = 1, STUCK = 2, NO_MEMORY = 3 };
@@ -245,7 +246,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
     slope(problem, 0, x, k);
     double length = first_step(problem, x, k, tolerance, longest, spare);
     while (clock < longest) {
-        if (length < 1e-14 * fmax(clock, 1e-3 * longest)) {
+        if (length < 1e-14 * fmax(clock, 1e-3 * longest) || path.count >= MOST_STEPS) {
             status = STUCK;
             break;
         }

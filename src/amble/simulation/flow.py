@@ -25,6 +25,9 @@ LOOKS = 4
 
 FELL = "fell"
 TOO_LONG = "reached no guard"
+MOST_STEPS = 10000
+"""Steps of one passage: a motion of a walker takes about a hundred, and all of them are kept for its dense output."""
+
 STUCK = "cannot go on (its rate is not a number or fails, grows without bound or is too stiff)"
 
 

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from amble.hybrid.system import numeric
-from amble.simulation.flow import LOOKS, RESOLUTION, STUCK, TOO_LONG, Course, Passage, Watched
+from amble.simulation.flow import LOOKS, MOST_STEPS, RESOLUTION, STUCK, TOO_LONG, Course, Passage, Watched
 from amble.types import Vector
 
 Motion = Callable[[float], Vector]
@@ -52,7 +52,7 @@ class InterpretedFlow:
             stepper = DOP853(self._rate, clock, state, limit, rtol=tolerance, atol=tolerance)
             while stepper.status == "running":
                 stepper.step()
-                if stepper.status == "failed":
+                if stepper.status == "failed" or len(pieces) >= MOST_STEPS:
                     raise FloatingPointError
                 pieces.append(stepper.dense_output())
                 crossing = self._look(pieces[-1], values)
