@@ -15,10 +15,13 @@ from amble.export.law import StanceLaw, stance_law
 from amble.export.tables import LATEST, tables
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
-from amble.storage import atomic_write
+from amble.storage import check_replaceable, replacing_folder
 
 PIVOT_SHARE = 1e-3
 """Rank counts as lost where the smallest pivot falls below this share of the smallest one along the gait."""
+
+FILES = ("amble_controller.h", "amble_controller.c", "replay.c", "CMakeLists.txt", "test_vectors.txt")
+"""Every file of the folder but the laws."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +45,19 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     """Write the controller of a gait as C99 without heap.
 
     The folder gets amble_controller.h and .c (state, phase clock, switching, rank monitor, saturation, fallback), one C
-    file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt.
+    file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt. It is replaced as a
+    whole, so that files of two controllers never lie side by side.
 
     Args:
         gait: the gait; with feedback its stabilised outputs are used.
         law: another allocation law than the gait's.
-        folder: where to write; it is made where it does not exist.
+        folder: where to write; it is made where it does not exist, and may hold nothing but an earlier controller.
 
     Raises:
-        InputError: where a stance has no feet, or the folder cannot be written.
+        InputError: where a stance has no feet, or the folder cannot be written or holds other files.
         WorkError: where writing fails for another reason, or the generated code has an unknown form.
     """
+    check_replaceable(folder, _is_exported)
     chosen = law or gait.law
     for stance in gait.pattern.stances:
         if not stance.feet:
@@ -69,9 +74,18 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     contents["replay.c"] = _filled("replay.c", {})
     contents["CMakeLists.txt"] = _filled("CMakeLists.txt", {"SOURCES": " ".join(f"{code.name}.c" for code in codes)})
     contents["test_vectors.txt"] = "".join(f"{vector.line()}\n" for vector in test_vectors(gait, laws))
+    with replacing_folder(folder, _is_exported) as fresh:
+        for name, text in contents.items():
+            (fresh / name).write_bytes(text.encode())
     place = Path(folder)
-    written = [atomic_write(place / name, text) for name, text in contents.items()]
-    return Exported(place, tuple(place / name for name in sources), tuple(written), tuple(laws))
+    return Exported(
+        place, tuple(place / name for name in sources), tuple(place / name for name in contents), tuple(laws)
+    )
+
+
+def _is_exported(name: str) -> bool:
+    """Whether an earlier export may have written a file of this name."""
+    return name in FILES or (name.startswith("amble_law_") and name.endswith(".c"))
 
 
 def _values(gait: Gait, law: AllocationLaw, laws: list[StanceLaw], codes: list[Code]) -> Mapping[str, str]:
