@@ -6,6 +6,23 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
+def printable(text: str, keep: str = "") -> str:
+    """Write what cannot be printed (line ends, control characters, surrogates) as escapes of Python text.
+
+    Messages quote what the user gave; it must not write to the terminal on its own, nor end a sentence.
+
+    Args:
+        text: any text.
+        keep: characters that stay as they are.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        letter if letter.isprintable() or letter in keep else letter.encode("unicode_escape").decode("ascii")
+        for letter in text
+    )
+
+
 class AmbleError(Exception):
     """Base of every error that amble raises on purpose."""
 
@@ -13,9 +30,12 @@ class AmbleError(Exception):
 
 
 class InputError(AmbleError):
-    """What the user gave cannot be used: a file, a name, a unit, a shape or a number."""
+    """What the user gave cannot be used: a file, a name, a unit, a shape or a number; said on one line."""
 
     exit_code = 2
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message))
 
 
 class UnknownNameError(InputError):

@@ -54,7 +54,7 @@ def test_another_law_walks_the_same_motion(folder: Path, tmp_path: Path) -> None
     out = tmp_path / "drop.nc"
     assert exit_code("simulate", str(GAIT), "--cycles", "3", "--law", "drop", "--out", str(out)) == 0
     dropped, least = load_trace(out), load_trace(folder / "trace.nc")
-    # the laws share the motion (theory.md, section 2); what differs is the integrator's error, tolerance 1e-8
+    # the laws share the motion (docs/theory/allocation.md, eq. 6) up to the integrator's error, tolerance 1e-8
     np.testing.assert_allclose(dropped.state, least.state, atol=1e-5)
     assert np.abs(dropped.signals["torque"] - least.signals["torque"]).max() > 1.0
 

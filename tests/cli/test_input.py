@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
 
+from amble.codegen import compiler
 from tests.cli.run import exit_code
+from tests.hostile import ATTACK, ATTACK_ON_ONE_LINE, MARKER
+
+GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
 
 SPEC = """
 [robot]
@@ -96,3 +102,40 @@ def test_a_wrong_gait(
 def test_an_empty_folder_has_no_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("report", str(tmp_path)) == 2
     assert "cannot be read" in capsys.readouterr().err
+
+
+def spoiled(folder: Path, name: str) -> Path:
+    """The stored gait with another name of its robot, which its hash does not hold."""
+    tree = json.loads(GAIT.read_text())
+    tree["robot"]["name"] = name
+    file = folder / "gait.json"
+    file.write_text(json.dumps(tree))
+    return file
+
+
+@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+@pytest.mark.parametrize("command", [("simulate", "--cycles", "1", "--controller", "c"), ("export",)])
+@pytest.mark.parametrize(("name", "code"), [(ATTACK, 2), (ATTACK_ON_ONE_LINE, 0)])
+def test_a_gait_file_runs_no_code(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: tuple[str, ...],
+    name: str,
+    code: int,
+) -> None:
+    """A name that left the comment of the exported C was compiled and run."""
+    monkeypatch.chdir(tmp_path)
+    head, *options = command
+    assert exit_code(head, str(spoiled(tmp_path, name)), *options) == code
+    if code == 2:
+        said = capsys.readouterr().err.splitlines()
+        assert said == [line for line in said if line.startswith("error: the name of a robot")]
+        assert len(said) == 1
+    elif head == "export":
+        tool = compiler()
+        assert tool is not None
+        sources = [str(path) for path in (tmp_path / "controller").glob("*.c")]
+        subprocess.run([tool.path, "-o", "replay", *sources, "-lm"], check=True)
+        subprocess.run(["./replay", "controller/test_vectors.txt"], check=True, capture_output=True)
+    assert not (tmp_path / MARKER).exists()

@@ -210,7 +210,7 @@ def test_a_signal_during_imports_is_one_sentence(at: int, number: signal.Signals
     assert not list(tmp_path.iterdir())
 
 
-def test_an_interruption_that_a_destructor_swallows_is_raised_again(tmp_path: Path) -> None:
+def test_an_interruption_that_a_destructor_swallows_is_raised_again() -> None:
     code = """
 import os, signal, time
 from amble.cli.signals import Endings

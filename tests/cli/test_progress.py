@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import sys
+
 import pytest
 
 from amble.cli import progress as module
@@ -37,3 +40,16 @@ def test_nothing_is_said_on_standard_output(capsys: pytest.CaptureFixture[str]) 
     with progress("walking") as update:
         update("step 1")
     assert capsys.readouterr().out == ""
+
+
+def test_a_terminal_shows_names_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """rich read "[/red]" in the name of a row as the end of a markup, and ended the work with a traceback."""
+
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setenv("TERM", "xterm")
+    with progress("walking") as update:
+        update("worst row 'height [/red]'")

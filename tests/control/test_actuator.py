@@ -16,7 +16,7 @@ def test_paper_model_by_hand() -> None:
 
 @pytest.mark.parametrize(("rms", "heat"), [(7.932, 137.2), (9.659, 203.4)])
 def test_heat_identity_of_the_paper(rms: float, heat: float) -> None:
-    """Twelve actuators at the paper's RMS torque lose the power of theory.md section 7."""
+    """Twelve actuators at the paper's RMS torque lose the power of docs/theory/energy.md, eq. 7."""
     # the published numbers have four digits
     assert float(np.sum(PAPER.heat(np.full(12, rms)))) == pytest.approx(heat, rel=5e-4)
 

@@ -1,4 +1,4 @@
-"""The closed loop against numpy and Pinocchio, the theorems of theory.md section 2, the mirror, the rank monitor."""
+"""The closed loop against numpy and Pinocchio, docs/theory/allocation.md, section 1, mirror, rank monitor."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def test_the_output_dynamics_hold_and_so_do_the_equations_of_motion(stance: Stan
 
 
 def test_laws_differ_in_torque_but_not_in_motion(stance: Stance) -> None:
-    """theory.md, section 2: with A of full row rank, all u with A u = r cause one acceleration."""
+    """docs/theory/allocation.md, eq. 6: with A of full row rank, all u with A u = r cause one acceleration."""
     model, chosen = robot("astro"), weights(stance)
     rear = next(foot for foot in stance.feet if foot.startswith("r"))
     dropped = model.joint_index(f"{rear}_hip_pitch")
@@ -168,7 +168,7 @@ def _twins(stance: Stance) -> set[str]:
 
 
 def test_the_smallest_pivot_tells_a_lost_rank(stance: Stance) -> None:
-    """Outputs that leave out a swing joint instead of a stance joint cannot be decoupled (theory.md, section 2)."""
+    """Outputs that leave out a swing joint cannot be decoupled (docs/theory/virtual-constraints.md, eq. 8)."""
     model, sound = robot("astro"), weights(stance)
     swing = next(foot for foot in model.foot_names if foot not in stance.feet)
     coordinates = [j for j in range(len(model.joints)) if j != model.joint_index(f"{swing}_knee")]

@@ -84,7 +84,7 @@ def test_weighted_errors_have_no_slope(stance: Stance) -> None:
 
 
 def test_on_an_orbit_a_change_of_weights_acts_through_the_error(stance: Stance) -> None:
-    """Where y_a = y_d with its rates and accelerations, d(acceleration slope) = -R H^+ dH E (theory.md, section 6)."""
+    """On the orbit d(acceleration slope) = -R H^+ dH E (docs/theory/virtual-constraints.md, eq. 18)."""
     chosen = weights(stance)
     (sample, _), step = samples(1, seed=14)[0], 1e-6
     change = np.random.default_rng(15).normal(size=chosen.shape)

@@ -17,6 +17,7 @@ from amble.gait.checks.findings import CheckReport, Finding, limit, residuals
 from amble.gait.checks.interpolation import fine_grid, interpolated
 from amble.synthesis import GaitProblem, refine
 from amble.types import Vector, frozen
+from tests.hostile import with_names
 
 NO_TIMES = np.arange(3.0)
 
@@ -43,6 +44,16 @@ def test_fifteen_intervals_hold_but_for_the_rates_between_nodes(report: CheckRep
     assert {finding.family for finding in residuals} <= {"motion"}, str(report)
     # Rates of the coordinate that no output controls are the least accurate: 4e-5 in the middle of the first interval.
     assert all(abs(finding.row.value) < 5e-5 for finding in residuals), str(report)
+
+
+def test_names_are_no_templates(stabilised_gait: Gait, report: CheckReport) -> None:
+    """A foot or joint whose name had braces was read as a format, and ended the check with a traceback."""
+    gait = with_names(stabilised_gait, np.random.default_rng(12))
+    for names in (gait.robot.foot_names, gait.robot.joint_names):
+        assert any("{what}" in name for name in names)
+    other = check(gait)
+    assert [finding.family for finding in other.findings] == [finding.family for finding in report.findings]
+    assert [finding.row.value for finding in other.findings] == [finding.row.value for finding in report.findings]
 
 
 def test_a_finer_mesh_holds_between_its_nodes_too(walking_gait: Gait, small_problem: GaitProblem) -> None:

@@ -5,12 +5,16 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, simpson
 
 from amble.control.actuator import ACTUATORS, DATASHEET, PAPER, Actuator
 from amble.errors import InputError, UnknownNameError
+from amble.gait import Gait
+from amble.metrics import samples_of_gait
 from amble.metrics.energy import torque_metrics
 from amble.metrics.motion import Motion
+from amble.metrics.reallocation import reallocate
+from amble.robot.dynamics import mass_matrix
 
 Builder = Callable[..., Motion]
 
@@ -29,7 +33,7 @@ def test_constant_torque_by_hand(speed: float, constant_motion: Builder) -> None
 
 @pytest.mark.parametrize(("rms", "heat"), [(7.932, 137.2), (9.659, 203.4)])
 def test_heat_of_the_papers_table(rms: float, heat: float, constant_motion: Builder) -> None:
-    """The paper's RMS torques give the heat of theory.md section 7 (four digits published)."""
+    """The paper's RMS torques give the heat of docs/theory/energy.md, eq. 7 (four digits published)."""
     assert torque_metrics(constant_motion(rms, 0.0), "pinv", PAPER).heat_power == pytest.approx(heat, rel=5e-4)
 
 
@@ -135,3 +139,25 @@ def test_unknown_law_names_the_known(oscillating_motion: Builder) -> None:
 def test_unusable_motions_are_refused(change: dict, message: str, oscillating_motion: Builder) -> None:
     with pytest.raises(InputError, match=message):
         dataclasses.replace(oscillating_motion(13), **change)
+
+
+def test_net_work_of_a_gait_is_what_its_impacts_lose(walking_gait: Gait) -> None:
+    """docs/theory/energy.md, eq. 10 and 11, by Simpson's rule on the nodes: its error falls with the fourth power."""
+    robot, domains = walking_gait.robot, walking_gait.domains
+    work = lost = 0.0
+    for domain, following in zip(domains, (*domains[1:], domains[0]), strict=True):
+        power = np.sum(domain.torques * domain.velocities[:, 6:], axis=1)
+        work += float(simpson(power, x=domain.times))
+        after = following.velocities[0]
+        if domain is domains[-1]:
+            after = robot.mirror.position(after)
+        jump = after - domain.velocities[-1]
+        lost += 0.5 * float(jump @ np.asarray(mass_matrix(robot, domain.positions[-1])) @ jump)
+    assert lost > 0.0
+    assert work == pytest.approx(lost, rel=1e-4)
+    least = lost / (robot.mass * robot.gravity * walking_gait.speed * walking_gait.period / 2.0)
+    motion = samples_of_gait(walking_gait)
+    law = walking_gait.law.name
+    torques = reallocate(motion, [walking_gait.law])[law].torques
+    for actuator in ACTUATORS:
+        assert torque_metrics(motion.motion({law: torques}), law, actuator).cot > least

@@ -1,5 +1,6 @@
 """Figures by content: what is drawn, where, with which labels."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,9 @@ from amble.report.figures import (
     torque_magnitudes,
 )
 from amble.report.figures.cycle_portraits import chosen_cycles
-from amble.report.figures.style import with_gaps
+from amble.report.figures.portrait import axis_labels
+from amble.report.figures.style import plain_text, with_gaps
+from tests.hostile import allowed, hostile_name
 from tests.synthetic import DURATIONS, PERIOD, amble_pattern, synthetic_gait, synthetic_trace
 
 
@@ -206,3 +209,26 @@ def test_drawing_leaves_the_settings_of_others_alone(optimised: Samples) -> None
     before = mpl.rcParams["font.size"]
     base_portraits(optimised, optimised)
     assert mpl.rcParams["font.size"] == before
+
+
+def test_any_name_is_drawn_as_it_is(tmp_path: Path) -> None:
+    r"""A foot called ``$\frac$`` was read as a formula, and ended the report with a traceback."""
+    from matplotlib.cbook import is_math_text
+
+    random = np.random.default_rng(10)
+    for name in ["$\\frac$", "a$b", "\\$", *filter(allowed, (hostile_name(random) for _ in range(300)))]:
+        shown = plain_text(name)
+        assert not is_math_text(shown)
+        assert shown.replace(r"\$", "$") == name  # what matplotlib makes of text that is no formula
+    pattern = amble_pattern()
+    robot = pattern.robot
+    first = robot.foot_names[0]
+    feet = (replace(robot.feet[0], name="$\\frac$"), *robot.feet[1:])
+    twins = tuple(tuple("$\\frac$" if foot == first else foot for foot in pair) for pair in robot.twins)
+    stances = tuple(
+        replace(stance, feet=tuple("$\\frac$" if foot == first else foot for foot in stance.feet))
+        for stance in pattern.stances
+    )
+    changed = replace(pattern, robot=replace(robot, feet=feet, twins=twins), stances=stances)
+    save(footfall(changed, DURATIONS), tmp_path / "footfall")
+    assert axis_labels("$\\frac_a$")[0] == r"\$\frac a\$ (rad)"

@@ -7,8 +7,10 @@ from amble.control.actuator import ACTUATORS
 from amble.errors import InputError, UnknownNameError
 from amble.metrics import Comparison, ContactBounds, compare, contact_report, samples_of_gait
 from amble.report import Table, contact_rows, contact_summary, law_table, paper_table, solver_table
+from amble.report.page import FigureFile, Page, page_text
 from amble.report.paper_table import PAPER_REDUCTION, PAPER_ROWS, WHY_DIFFERENT
 from amble.report.tables import number
+from tests.hostile import allowed, hostile_name
 from tests.synthetic import amble_pattern, synthetic_gait, synthetic_limits, synthetic_trace
 
 
@@ -40,6 +42,41 @@ def test_text_lines_up_and_keeps_brackets() -> None:
     assert "a [b]" in values[0]
     assert len(values[0]) == len(values[1])
     assert all(line == line.rstrip() for line in lines)
+
+
+def test_any_text_is_shown_as_it_is_in_a_terminal() -> None:
+    """rich read "[/red]" in a header as the end of a markup that had not begun, and ":x:" as a picture."""
+    random = np.random.default_rng(8)
+    names = [*filter(allowed, (hostile_name(random) for _ in range(200))), "[red]", "[/red]", ":leg:", "a\\"]
+    for name in names:
+        table = Table(name, (name, "b"), ((name, "1"),), (name,))
+        assert table.text(1000).count(name) == 4
+
+
+def test_any_text_is_shown_as_it_is_in_markdown() -> None:
+    """A parser of Markdown gives back every cell: no link, no tag, no cell more, no line more."""
+    from markdown_it import MarkdownIt
+
+    random = np.random.default_rng(9)
+    names = [*filter(allowed, (hostile_name(random) for _ in range(200))), "a\\|b", "![a](b)", "<script>", "*a*"]
+    page = Page(names[0], (), (), (FigureFile("figure", names[0]),), dict.fromkeys(names, "a\nb"), {})
+    inline = [token for token in MarkdownIt().enable("table").parse(page_text(page)) if token.type == "inline"]
+    shown = ["".join(part.content for part in token.children or ()) for token in inline]
+    kinds = {part.type for token in inline for part in token.children or ()}
+    assert kinds <= {
+        "text",
+        "text_special",
+        "image",
+        "em_open",
+        "em_close",
+        "strong_open",
+        "strong_close",
+        "link_open",
+        "link_close",
+    }
+    assert shown[0] == names[0]
+    cells = shown[shown.index("value") + 1 : shown.index("Versions")]
+    assert cells == [text for name in dict.fromkeys(names) for text in (name, "a\\nb")]
 
 
 def test_ragged_rows_are_refused() -> None:

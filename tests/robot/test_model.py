@@ -40,7 +40,7 @@ CHANGES: dict[str, Callable[[Robot], Robot]] = {
     "velocity": lambda m: change_joint(m, velocity=1.0),
     "gravity": lambda m: replace(m, gravity=9.80665),
     "foot order": lambda m: replace(m, feet=m.feet[::-1]),
-    "foot label": lambda m: replace(m, feet=(replace(m.feet[0], name="left"), *m.feet[1:])),
+    "foot label": lambda m: replace(m, feet=(replace(m.feet[0], name="left"), *m.feet[1:]), twins=()),
     "foot offset": lambda m: replace(m, feet=(replace(m.feet[0], offset=frozen([0.0, 0.0, 0.0])), *m.feet[1:])),
 }
 

@@ -118,7 +118,7 @@ def test_stabilised_below_the_paper(stabilized: Stabilized) -> None:
 
 
 def test_both_laws_have_the_same_radius(stabilized: Stabilized) -> None:
-    """Torques that differ by a free direction cause the same motion (theory.md, section 2)."""
+    """Torques that differ by a free direction cause the same motion (docs/theory/allocation.md, eq. 6)."""
     joints = tuple(f"{leg}_hip_pitch" for leg in ("rl", "rr"))
     radii = []
     for law in (PseudoInverse(), DropActuator(joints)):

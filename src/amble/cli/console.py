@@ -9,10 +9,12 @@ from pathlib import Path
 
 import typer
 
+from amble.errors import printable
+
 
 def say(text: str) -> None:
-    """Print a line on standard error."""
-    typer.echo(text, err=True)
+    """Print lines on standard error; what a message quotes writes nothing else to the terminal."""
+    typer.echo(printable(text, keep="\n"), err=True)
 
 
 def wrote(path: Path) -> None:

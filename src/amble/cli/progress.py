@@ -20,9 +20,10 @@ def progress(task: str) -> Iterator[Update]:
     """Yield a function that shows how far a task is."""
     if sys.stderr.isatty():
         from rich.console import Console
+        from rich.text import Text  # rows carry names, and rich reads markup into a str
 
-        with Console(stderr=True).status(task) as status:
-            yield lambda text: status.update(f"{task}: {text}")
+        with Console(stderr=True).status(Text(task)) as status:
+            yield lambda text: status.update(Text(f"{task}: {text}"))
         return
     say(f"{task} ...")
     last = -PAUSE

@@ -20,6 +20,7 @@ from amble.codegen.cache import content_key, fallback_folder, intact, kept, writ
 from amble.codegen.compiler import FLAGS, STOP, Compiler, compiler
 from amble.codegen.parts import cut_into_parts
 from amble.errors import InputError, UnknownNameError
+from amble.names import identifier
 
 logger = logging.getLogger("amble")
 
@@ -76,7 +77,7 @@ class Unit:
 
     def source(self) -> str:
         """C text of the functions and their derivatives."""
-        generator = ca.CodeGenerator(f"{self.name}.c", {"with_header": False})
+        generator = ca.CodeGenerator(f"{identifier(self.name)}.c", {"with_header": False})
         for function in self.written():
             generator.add(function)
             for prefix in self.derivatives:
@@ -182,7 +183,7 @@ def _check(unit: Unit) -> None:
 def _libraries(units: Sequence[Unit], tool: Compiler) -> list[Path]:
     folder = writable_folder()
     keys = [unit.key(tool) for unit in units]
-    paths = [folder / f"{unit.name}-{key}.so" for unit, key in zip(units, keys, strict=True)]
+    paths = [folder / f"{identifier(unit.name)}-{key}.so" for unit, key in zip(units, keys, strict=True)]
     missing = {path: unit for path, unit in zip(paths, units, strict=True) if not intact(path)}
     if not missing:
         return paths

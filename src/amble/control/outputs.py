@@ -45,7 +45,7 @@ def controllable(robot: Robot) -> tuple[str, ...]:
 
 
 def actuated_freedoms(robot: Robot, feet: Sequence[str]) -> int:
-    """Return rank G of a stance on point feet: joints less the internal forces (theory.md, section 2)."""
+    """Return rank G of a stance on point feet: joints less internal forces (docs/theory/hybrid-model.md, eq. 10)."""
     null = {0: 0, 1: 0, 2: 1, 3: 3, 4: 6}
     if len(feet) not in null:
         raise InputError(f"stances of up to four feet are supported, not {len(feet)}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 
 import casadi as ca
@@ -14,9 +13,11 @@ from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw
 from amble.errors import WorkError
 from amble.export.controller import export_controller
+from amble.export.text import filled, template
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.hybrid import Domain, HybridSystem, Stance, constrained_dynamics
+from amble.names import identifier
 from amble.robot import Robot
 from amble.storage import workplace
 
@@ -79,7 +80,7 @@ def _domain(domain: Domain, controller: ca.Function, plant: ca.Function) -> Doma
     t, x, p = (ca.MX.sym(name, domain.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
     torque = controller(t, x)
     rate, force = plant(x, torque)
-    field = ca.Function(f"exported_{domain.name}", [t, x, p], [rate], ARGUMENTS, ["rate"])
+    field = ca.Function(f"exported_{identifier(domain.name)}", [t, x, p], [rate], ARGUMENTS, ["rate"])
     if domain.signals is None:
         return replace(domain, field=field, jacobian=None)
     recorded = dict(zip(domain.signals.name_out(), domain.signals(t, x, p), strict=True))
@@ -94,8 +95,11 @@ def _library(gait: Gait, law: AllocationLaw | None, tool: Compiler) -> Path:
     with workplace(folder) as work:
         exported = export_controller(gait, law, work / "controller")
         source = exported.folder / "casadi_interface.c"
-        source.write_text(_interface(len(gait.pattern.stances)))
-        texts = [path.read_text() for path in (source, *exported.sources, exported.folder / "amble_controller.h")]
+        source.write_text(_interface(len(gait.pattern.stances)), encoding="utf-8")
+        texts = [
+            path.read_text(encoding="utf-8")
+            for path in (source, *exported.sources, exported.folder / "amble_controller.h")
+        ]
         key = content_key([*texts, tool.path, tool.version, *FLAGS])
         flags = (*FLAGS, *(str(path) for path in exported.sources))
         return kept(folder / f"controller-{key}.so", lambda output: tool.build(source, output, flags))
@@ -103,6 +107,5 @@ def _library(gait: Gait, law: AllocationLaw | None, tool: Compiler) -> Path:
 
 def _interface(stances: int) -> str:
     """C functions stance_0, stance_1, ... (clock, x) -> u that casadi can load."""
-    template = (resources.files("amble.export") / "templates" / "casadi_interface.c").read_text()
-    head, body = template.split("/* one stance */\n")
-    return head + "".join(body.replace("@NUMBER@", str(number)) for number in range(stances))
+    head, body = template("casadi_interface.c").split("/* one stance */\n")
+    return head + "".join(filled(body, {"NUMBER": str(number)}) for number in range(stances))

@@ -9,6 +9,7 @@ import casadi as ca
 
 from amble.codegen.parts import cut_into_parts
 from amble.errors import WorkError
+from amble.export.text import comment
 
 _ENTRY = re.compile(
     r"CASADI_SYMBOL_EXPORT int (\w+)\(const casadi_real\*\* arg.*?\)\s*\{\s*return (casadi_f\d+)\(", re.S
@@ -84,7 +85,7 @@ def c_code(function: ca.Function, what: str) -> Code:
     body = _without_interface(text[: entry.start()])
     body = _HELPER.sub(r"static \g<0>", body)
     body = _FUNCTION.sub(_touch, body).replace(_NOINLINE, "static AMBLE_NOINLINE void")
-    head = _HEADING.format(what=what, version=ca.__version__)
+    head = _HEADING.format(what=comment(what), version=ca.__version__)
     text = head + body.rstrip() + "\n" + _CALL.format(name=name, inner=entry.group(2))
     return Code(name, text, function.sz_arg(), function.sz_res(), function.sz_iw(), function.sz_w())
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
 from amble import __version__
@@ -13,6 +12,7 @@ from amble.errors import InputError
 from amble.export.code import Code, c_code
 from amble.export.law import StanceLaw, stance_law
 from amble.export.tables import LATEST, tables
+from amble.export.text import filled, template
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
 from amble.storage import check_replaceable, replacing_folder
@@ -67,12 +67,13 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
         c_code(law.function, f"Law of stance {law.stance.name}, feet {', '.join(law.stance.feet)}.") for law in laws
     ]
     contents = {f"{code.name}.c": code.text for code in codes}
-    values = _values(gait, chosen, laws, codes)
-    for template, name in (("controller.h", "amble_controller.h"), ("controller.c", "amble_controller.c")):
-        contents[name] = _filled(template, values)
+    code, comments = _code(gait, laws, codes), _comments(gait, chosen)
+    for source, name in (("controller.h", "amble_controller.h"), ("controller.c", "amble_controller.c")):
+        contents[name] = filled(template(source), code, comments)
     sources = [name for name in contents if name.endswith(".c")]
-    contents["replay.c"] = _filled("replay.c", {})
-    contents["CMakeLists.txt"] = _filled("CMakeLists.txt", {"SOURCES": " ".join(f"{code.name}.c" for code in codes)})
+    contents["replay.c"] = template("replay.c")
+    listed = {"SOURCES": " ".join(f"{code.name}.c" for code in codes)}
+    contents["CMakeLists.txt"] = filled(template("CMakeLists.txt"), listed)
     contents["test_vectors.txt"] = "".join(f"{vector.line()}\n" for vector in test_vectors(gait, laws))
     with replacing_folder(folder, _is_exported) as fresh:
         for name, text in contents.items():
@@ -88,17 +89,23 @@ def _is_exported(name: str) -> bool:
     return name in FILES or (name.startswith("amble_law_") and name.endswith(".c"))
 
 
-def _values(gait: Gait, law: AllocationLaw, laws: list[StanceLaw], codes: list[Code]) -> Mapping[str, str]:
-    """What the templates leave open."""
-    robot = gait.robot
+def _comments(gait: Gait, law: AllocationLaw) -> Mapping[str, str]:
+    """What the templates leave open in comments: text that may come from anywhere."""
     return {
         "TITLE": f"Walking controller: {gait.pattern.name}, {gait.speed:g} m/s.",
         "VERSION": __version__,
         "GAIT": gait.pattern.name,
-        "ROBOT": robot.name,
+        "ROBOT": gait.robot.name,
         "LAW": law.name,
-        "JOINTS": ", ".join(robot.joint_names),
-        "FEET": ", ".join(robot.foot_names),
+        "JOINTS": ", ".join(gait.robot.joint_names),
+        "FEET": ", ".join(gait.robot.foot_names),
+    }
+
+
+def _code(gait: Gait, laws: list[StanceLaw], codes: list[Code]) -> Mapping[str, str]:
+    """What the templates leave open in code."""
+    robot = gait.robot
+    return {
         "COORDINATES": str(robot.size),
         "JOINT_COUNT": str(len(robot.joints)),
         "FOOT_COUNT": str(len(robot.feet)),
@@ -119,10 +126,3 @@ def _values(gait: Gait, law: AllocationLaw, laws: list[StanceLaw], codes: list[C
         ),
         "EVALUATIONS": ", ".join(code.name for code in codes),
     }
-
-
-def _filled(template: str, values: Mapping[str, str]) -> str:
-    text = (resources.files("amble.export") / "templates" / template).read_text()
-    for name, value in values.items():
-        text = text.replace(f"@{name}@", value)
-    return text

@@ -13,6 +13,7 @@ from amble.control.linearisation import linearise
 from amble.gait import Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import Stance
+from amble.names import identifier
 from amble.types import Vector
 
 FREE = 1e30
@@ -51,7 +52,7 @@ def stance_law(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
     limits = ContactLimits(gait.limits.friction, gait.limits.normal_force)
     margin = ca.mmin(margins(feet, loop.forces, limits))
     function = ca.Function(
-        f"amble_law_{stance.name}",
+        f"amble_law_{identifier(stance.name)}",
         [t, x, feedforward.packed()],
         [ca.densify(loop.torques), ca.densify(ca.vertcat(*forces)), loop.pivot, margin],
         ["t", "x", "p"],

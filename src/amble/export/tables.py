@@ -7,7 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from amble.export.law import StanceLaw, torque_limits
+from amble.export.text import comment
 from amble.gait import Gait
+from amble.names import identifier
 from amble.robot.mirror import SignedPermutation
 
 EARLIEST = 0.5
@@ -43,9 +45,9 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
     ]
     for law in laws:
         what = "duration, gains, reference curves, kernel of the output weights; matrices column by column"
-        lines.append(f"\n/* {law.stance.name}: {what}. */")
-        lines.append(numbers(f"PARAMETERS_{law.stance.name}", str(law.parameters.size), law.parameters))
-    names = ", ".join(f"PARAMETERS_{law.stance.name}" for law in laws)
+        lines.append(f"\n/* {comment(law.stance.name)}: {what}. */")
+        lines.append(numbers(f"PARAMETERS_{identifier(law.stance.name)}", str(law.parameters.size), law.parameters))
+    names = ", ".join(f"PARAMETERS_{identifier(law.stance.name)}" for law in laws)
     lines.append(f"static const double *const PARAMETERS[SOLVED] = {{{names}}};")
     return "\n".join([*lines, "", *_mirror(gait), ""])
 

@@ -15,6 +15,7 @@ from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Switch, Symmetry, Transition
 from amble.maths.bezier import elevate
 from amble.robot import Robot, kinematics
+from amble.robot.model import RATE
 from amble.types import Vector, frozen
 
 REFERENCE_ORDER = 14
@@ -65,7 +66,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
         for loop, switch, original in zip(loops, second, pattern.switches, strict=True):
             domains.append(_mirrored_domain(robot, loop, switch, parameters[original.source.name]))
             transitions.append(_mirrored_transition(robot, loop, switch))
-    names = (*robot.coordinate_names, *(f"rate of {name}" for name in robot.coordinate_names))
+    names = (*robot.coordinate_names, *(f"{RATE}{name}" for name in robot.coordinate_names))
     return HybridSystem(domains, transitions, _symmetries(gait), names)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from amble.control import AllocationLaw, Outputs
 from amble.gait.limits import Limits
 from amble.hybrid import GaitPattern
+from amble.names import check_name
 from amble.robot import Robot
 from amble.types import Matrix, NodeValues, Vector
 
@@ -44,7 +45,9 @@ class DomainTrajectory:
 
 @dataclass(frozen=True)
 class Feedback:
-    """Outputs re-weighted for stability: y = H (y_a - y_d), y_a = (roll, pitch, yaw, joints) (theory.md, section 6).
+    """Outputs re-weighted for stability: y = H (y_a - y_d) (docs/theory/virtual-constraints.md, eq. 1).
+
+    y_a = (roll, pitch, yaw, joints).
 
     Attributes:
         references: solved domain -> Bezier coefficients of y_d on the closed loop's own orbit, (n_a, order + 1).
@@ -71,6 +74,11 @@ class SolverReport:
     constraints: int
     violation: float
     objective: float
+
+    def __post_init__(self) -> None:
+        """Check the texts."""
+        check_name("solver", self.solver)
+        check_name("solver's status", self.status)
 
 
 @dataclass(frozen=True)
@@ -115,6 +123,12 @@ class Gait:
     feedback: Feedback | None
     versions: Mapping[str, str]
     multipliers: Multipliers | None = None
+
+    def __post_init__(self) -> None:
+        """Check the texts that the records inside do not."""
+        for package, version in self.versions.items():
+            check_name("package", package)
+            check_name("version", version)
 
     @property
     def robot(self) -> Robot:

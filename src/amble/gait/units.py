@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from amble.gait.record import Gait
+from amble.robot.model import RATE
 
 LENGTHS = ("x", "y", "z")
 """Coordinates in m; all others are in rad."""
@@ -26,7 +27,7 @@ def units(coordinates: Sequence[str], per_second: str = "") -> list[str]:
 def trace_units(gait: Gait) -> dict[str, str]:
     """Return name -> unit of the states and signals of the gait's closed loop, as traces hold them."""
     names = gait.robot.coordinate_names
-    rates = [f"rate of {name}" for name in names]
+    rates = [f"{RATE}{name}" for name in names]
     return {
         **dict(zip(names, units(names), strict=True)),
         **dict(zip(rates, units(names, "/s"), strict=True)),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amble.errors import InputError, UnknownNameError
+from amble.names import check_distinct, check_name
 from amble.robot import Robot
 
 
@@ -15,6 +16,10 @@ class Stance:
 
     name: str
     feet: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Check the name."""
+        check_name("stance", self.name)
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,9 @@ class GaitPattern:
     name: str = "gait"
 
     def __post_init__(self) -> None:
-        """Check that every switch changes the stance and that the mirror holds where it is claimed."""
+        """Check names, that every switch changes the stance and that the mirror holds where it is claimed."""
+        check_name("gait", self.name)
+        check_distinct("stance", (stance.name for stance in self.stances))
         for switch in self.all_switches:
             if not switch.landing and not switch.lifting:
                 raise InputError(f"stances '{switch.name}' have the same feet: {', '.join(switch.source.feet)}")

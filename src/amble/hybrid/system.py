@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError
+from amble.names import check_name, identifier
 from amble.types import Vector, frozen
 
 FIELD_ARGUMENTS = ("t", "x", "p")
@@ -45,6 +46,10 @@ class Domain:
     alive: ca.Function | None = None
     kinks: tuple[float, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Check the name."""
+        check_name("domain", self.name)
+
     @classmethod
     def from_expressions(
         cls,
@@ -59,15 +64,16 @@ class Domain:
         clock = ca.SX.sym("t") if clock is None else clock
         parameters = ca.SX.sym("p", 0)
         symbols = [clock, state, parameters]
-        rate_function = ca.Function(f"{name}_field", symbols, [ca.densify(rate)], FIELD_ARGUMENTS, ["rate"])
+        label = identifier(name)
+        rate_function = ca.Function(f"{label}_field", symbols, [ca.densify(rate)], FIELD_ARGUMENTS, ["rate"])
         signal_function = None
         if signals:
             signal_function = ca.Function(
-                f"{name}_signals", symbols, list(signals.values()), FIELD_ARGUMENTS, list(signals)
+                f"{label}_signals", symbols, list(signals.values()), FIELD_ARGUMENTS, list(signals)
             )
         alive_function = None
         if alive is not None:
-            alive_function = ca.Function(f"{name}_alive", symbols, [alive], FIELD_ARGUMENTS, ["margin"])
+            alive_function = ca.Function(f"{label}_alive", symbols, [alive], FIELD_ARGUMENTS, ["margin"])
         return cls(name, rate_function, frozen([]), signal_function, alive=alive_function)
 
     @property
@@ -122,7 +128,7 @@ class Transition:
         """Build a transition from symbols of the source domain."""
         clock = ca.SX.sym("t") if clock is None else clock
         symbols = [clock, state, ca.SX.sym("p", 0)]
-        label = f"{source}_{target}"
+        label = f"{identifier(source)}_{identifier(target)}"
         return cls(
             source,
             target,
@@ -148,6 +154,10 @@ class Symmetry:
 
     name: str
     generator: ca.Function
+
+    def __post_init__(self) -> None:
+        """Check the name."""
+        check_name("symmetry", self.name)
 
 
 @dataclass(frozen=True)

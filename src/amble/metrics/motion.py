@@ -14,7 +14,7 @@ from amble.types import IntegerVector, NodeValues, Vector
 
 @dataclass(frozen=True)
 class Motion:
-    """Samples along one trajectory, with the torques each law would apply on it (theory.md, section 2).
+    """Samples along one trajectory, with the torques of each law (docs/theory/allocation.md, eq. 3).
 
     The samples need not be evenly spaced. At an event there is one sample just before and one just after it, at the
     same time, with different segment numbers: torques jump there, and no integral runs across.

@@ -1,4 +1,4 @@
-"""The torques of other laws along a given motion: same accelerations, another choice (theory.md, section 2)."""
+"""The torques of other laws along a given motion: same accelerations (docs/theory/allocation.md, eq. 6)."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from amble.gait import SolverReport
-from amble.report.tables import Table, number
+from amble.report.tables import Table, markdown_text, number
 from amble.storage import atomic_write
 
 
@@ -57,13 +57,14 @@ def solver_table(report: SolverReport) -> Table:
 
 def page_text(page: Page) -> str:
     """Return the page as Markdown."""
-    parts = [f"# {page.title}", *page.summary]
+    parts = [f"# {markdown_text(page.title)}", *map(markdown_text, page.summary)]
     parts += [table.markdown().rstrip() for table in page.tables]
     if page.figures:
         parts.append("## Figures")
     for figure in page.figures:
-        parts.append(f"![{figure.caption}]({figure.stem}.png)")
-        parts.append(f"*{figure.caption}* ([PDF]({figure.stem}.pdf))")
+        caption = markdown_text(figure.caption)
+        parts.append(f"![{caption}]({figure.stem}.png)")
+        parts.append(f"*{caption}* ([PDF]({figure.stem}.pdf))")
     parts.append("## Settings")
     parts.append(_pairs("Settings", ("setting", "value"), page.settings))
     parts.append("## Versions")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from amble.errors import InputError
+from amble.errors import InputError, printable
+
+_MEANINGFUL = re.compile(r"[\\|<>`*\[\]$&]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
+"""What Markdown reads as more than text; an underline inside a word is none."""
 
 
 @dataclass(frozen=True)
@@ -44,30 +48,31 @@ class Table:
         from rich import box
         from rich.console import Console
         from rich.table import Table as RichTable
+        from rich.text import Text  # plain text: rich reads markup and emoji codes into a str
 
-        drawn = RichTable(title=self.title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        drawn = RichTable(title=Text(self.title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for column, name in enumerate(self.header):
-            drawn.add_column(name, justify="right" if self._is_numeric(column) else "left", overflow="fold")
+            drawn.add_column(Text(name), justify="right" if self._is_numeric(column) else "left", overflow="fold")
         for row in self.rows:
-            drawn.add_row(*(_plain(cell) for cell in row))
+            drawn.add_row(*(Text(cell) for cell in row))
         buffer = StringIO()
         console = Console(file=buffer, width=width, color_system=None, force_terminal=False)
         console.print(drawn)
         for note in self.notes:
-            console.print(_plain(note))
+            console.print(Text(note))
         return "\n".join(line.rstrip() for line in buffer.getvalue().splitlines()) + "\n"
 
     def markdown(self) -> str:
         """Write the table as Markdown, its cells padded so that the source lines up too."""
         cells = [self.header, *self.rows]
-        safe = [tuple(cell.replace("|", "\\|") for cell in row) for row in cells]
+        safe = [tuple(markdown_text(cell) for cell in row) for row in cells]
         widths = [max(3, *(len(row[column]) for row in safe)) for column in range(len(self.header))]
         numeric = [self._is_numeric(column) for column in range(len(self.header))]
         rule = ["-" * (width - 1) + (":" if right else "-") for width, right in zip(widths, numeric, strict=True)]
         body = [_aligned(row, widths, numeric) for row in safe]
-        lines = [f"**{self.title}**", "", body[0], _aligned(rule, widths, numeric), *body[1:], ""]
+        lines = [f"**{markdown_text(self.title)}**", "", body[0], _aligned(rule, widths, numeric), *body[1:], ""]
         for note in self.notes:
-            lines += [note, ""]
+            lines += [markdown_text(note), ""]
         return "\n".join(lines)
 
     def _is_numeric(self, column: int) -> bool:
@@ -91,8 +96,6 @@ def _aligned(row: Sequence[str], widths: Sequence[int], numeric: Sequence[bool])
     return f"| {' | '.join(padded)} |"
 
 
-def _plain(text: str) -> str:
-    """Keep rich from reading square brackets as markup."""
-    from rich.markup import escape
-
-    return escape(text)
+def markdown_text(text: str) -> str:
+    """Write any text as Markdown that shows it: no cell, link, image, tag or formula ends or begins in it."""
+    return _MEANINGFUL.sub(r"\\\g<0>", printable(text))

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from amble.errors import UnknownNameError
+from amble.errors import InputError, UnknownNameError
+from amble.names import LONGEST_FILE, check_distinct, check_name
 from amble.types import Json, Matrix, Vector
 
 if TYPE_CHECKING:
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
 
 BASE_COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 """The base as a serial chain: prismatic along world x, y, z, then revolute about X, Y', Z''; R = Rx Ry Rz."""
+
+
+RATE, ACCELERATION = "rate of ", "acceleration of "
+"""Before the name of a coordinate: the name of its derivative among states and rows."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,10 @@ class Link:
     mass: float
     center: Vector
     inertia: Matrix
+
+    def __post_init__(self) -> None:
+        """Check the name."""
+        check_name("link", self.name)
 
 
 @dataclass(frozen=True)
@@ -65,6 +74,12 @@ class Joint:
     effort: float
     velocity: float
 
+    def __post_init__(self) -> None:
+        """Check the name: a joint is a coordinate, beside those of the base and the derivatives of all."""
+        check_name("joint", self.name)
+        if self.name in BASE_COORDINATES or self.name.startswith((RATE, ACCELERATION)):
+            raise InputError(f"a joint is called '{self.name}', which is the name of another coordinate or derivative")
+
 
 @dataclass(frozen=True)
 class Foot:
@@ -81,6 +96,11 @@ class Foot:
     frame: str
     link: int
     offset: Vector
+
+    def __post_init__(self) -> None:
+        """Check the names."""
+        check_name("foot", self.name)
+        check_name("foot's frame", self.frame)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +128,22 @@ class Robot:
     gravity: float
     twins: tuple[tuple[str, str], ...] = ()
     symmetry_tolerance: float = 1e-9
+
+    def __post_init__(self) -> None:
+        """Check the names: each is one, no two of a kind agree, and twins are feet.
+
+        Raises:
+            UnknownNameError: a twin is no foot.
+            InputError: a name cannot be one, or occurs twice.
+        """
+        check_name("robot", self.name)
+        check_name("robot's file", self.source, LONGEST_FILE)
+        check_distinct("link", (link.name for link in self.links))
+        check_distinct("joint", self.joint_names)
+        check_distinct("foot", self.foot_names)
+        for label in (label for pair in self.twins for label in pair):
+            if label not in self.foot_names:
+                raise UnknownNameError("foot", label, self.foot_names)
 
     def __eq__(self, other: object) -> bool:
         """Compare the content that matters."""

@@ -76,8 +76,8 @@ def read_urdf(path: Path) -> FileRobot:
 def _parse(path: Path) -> ElementTree.Element:
     try:
         text = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"robot file '{path}' cannot be read: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:  # a ValueError: the path holds a NUL
+        raise InputError(f"robot file '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:

@@ -1,7 +1,8 @@
 """One step of the bilinear matrix inequality problem of orbital stabilisation, by a linear matrix inequality.
 
-The problem (Akbari Hamed et al. 2014; theory.md, section 6): with A(theta + d) ~ A_0 + sum d_i A_i, minimise
--w mu + gamma subject to [[W, A(d) W], [., (1 - mu) W]] > 0 and [[1, d], [d^T, gamma]] >= 0; then rho < sqrt(1 - mu).
+The problem (Akbari Hamed et al. 2014; docs/theory/stability.md, eq. 17 to 19): with A(theta + d) ~ A_0 + sum d_i A_i,
+minimise -w mu + gamma subject to [[W, A(d) W], [., (1 - mu) W]] > 0 and [[1, d], [d^T, gamma]] >= 0; then
+rho < sqrt(1 - mu).
 It is bilinear in W and d. Here W comes from a Lyapunov equation of the present A_0, and d from the linear matrix
 inequality that is left: with W = L L^T and M(d) = L^-1 A(d) L it says that the norm of M(d) is at most
 tau = sqrt(1 - mu).

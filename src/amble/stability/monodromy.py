@@ -28,6 +28,7 @@ import numpy as np
 
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
+from amble.names import identifier
 from amble.simulation.flow import Course, Flow, Watched, prepare_course, watched_functions
 from amble.simulation.walk import Stage, prepare_stage
 from amble.stability.derivatives import field_jacobian, slopes
@@ -122,7 +123,7 @@ def augmented(domain: Domain) -> ca.Function:
     state, transported = both[:size], ca.reshape(both[size:], size, size)
     jacobian = ca.densify(field_jacobian(domain)(clock, state, parameters))
     rate = ca.vertcat(domain.field(clock, state, parameters), ca.vec(jacobian @ transported))
-    return ca.Function(f"{domain.name}_variational", [clock, both, parameters], [rate])
+    return ca.Function(f"{identifier(domain.name)}_variational", [clock, both, parameters], [rate])
 
 
 def _flow(domain: Domain, leaving: Transition) -> Flow:

@@ -1,7 +1,7 @@
 """A closed orbit with everything its monodromy needs, so that new output weights need no new integration of the motion.
 
 On the orbit the outputs and their rates vanish whatever the weights are, so the orbit, its events and the slopes of
-its resets stay; only the slope of the vector field depends on the weights (theory.md, section 6).
+its resets stay; only the slope of the vector field depends on the weights (docs/theory/virtual-constraints.md, eq. 18).
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The optimised motion solves the discretised problem; the closed loop's fixed point lies about 1e-5 away. Output weights
 must not move the orbit, so the references of every coordinate, the base's orientation too, are fitted to the closed
-loop's own orbit (theory.md, section 6).
+loop's own orbit (docs/theory/virtual-constraints.md, section 7).
 """
 
 from __future__ import annotations

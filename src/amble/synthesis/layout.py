@@ -15,7 +15,7 @@ from amble.types import NodeValues, Vector
 Index = NDArray[np.int64]
 
 SCALES = {"q": 1.0, "v": 1.0, "a": 20.0, "u": 10.0, "force": 50.0, "duration": 0.1, "coefficients": 1.0, "impulse": 1.0}
-"""Size of one unit of the scaled variables (theory.md, section 4: without scaling, twice the iterations)."""
+"""Size of one unit of the scaled variables (docs/theory/transcription.md, eq. 14)."""
 
 
 @dataclass(frozen=True)

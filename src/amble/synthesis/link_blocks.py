@@ -7,6 +7,7 @@ import numpy as np
 
 from amble.hybrid import stance_jacobian
 from amble.maths.collocation import HERMITE_SIMPSON
+from amble.names import identifier
 from amble.robot import dynamics, kinematics
 from amble.synthesis.assembly import Block
 from amble.synthesis.layout import DomainLayout, Layout
@@ -38,7 +39,7 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
     count = problem.intervals
     zeros = np.zeros((count, len(labels)))
     return Block(
-        f"defect_{domain.stance.name}",
+        f"defect_{identifier(domain.stance.name)}",
         ca.vertcat(ca.vec(q), ca.vec(v), ca.vec(a), T),
         part,
         ProgramParameters.symbols().packed(),
@@ -93,7 +94,7 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         upper += [0.0] * robot.size
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
     return Block(
-        f"switch_{domain.stance.name}",
+        f"switch_{identifier(domain.stance.name)}",
         ca.vertcat(qm, vm, qp, vp, impulse, period),
         ca.SX(0, 1),
         parameters.packed(),

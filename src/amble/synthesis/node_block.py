@@ -12,7 +12,9 @@ from amble.errors import InputError
 from amble.hybrid import selection, stance_bias, stance_jacobian
 from amble.maths.bezier import bezier
 from amble.maths.collocation import HERMITE_SIMPSON, node_weights
+from amble.names import identifier
 from amble.robot import dynamics, kinematics
+from amble.robot.model import ACCELERATION, RATE
 from amble.synthesis.assembly import Block
 from amble.synthesis.bounds import MARGIN
 from amble.synthesis.layout import DomainLayout, Layout
@@ -76,7 +78,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     labels = (
         [f"dynamics {name} (10 N)" for name in robot.coordinate_names]
         + [f"contact {foot} {axis}" for foot in feet for axis in "xyz"]
-        + [f"output {kind}{name}" for kind in ("", "rate of ", "acceleration of ") for name in coordinates]
+        + [f"output {kind}{name}" for kind in ("", RATE, ACCELERATION) for name in coordinates]
         + [f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])]
         + [f"friction {foot} {side} (10 N)" for foot in feet for side in ("+x", "-x", "+y", "-y")]
         + [f"height {foot}" for foot in swing]
@@ -87,7 +89,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     common = np.concatenate([domain.duration, domain.coefficients, layout.period])
     columns = np.hstack([domain.q, domain.v, domain.a, domain.u, domain.force, np.tile(common, (domain.nodes, 1))])
     return Block(
-        f"node_{domain.stance.name}",
+        f"node_{identifier(domain.stance.name)}",
         variables,
         ca.vertcat(phase, weight),
         parameters.packed(),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from amble.errors import InputError, NotSolvedError
 from amble.gait import Gait
+from amble.robot.model import ACCELERATION
 from amble.synthesis.layout import DomainLayout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
@@ -86,7 +87,8 @@ def _split(program: GaitProgram) -> _Split:
     prefixes = tuple(f"{d.stance.name} {kind} " for d in program.layout.domains for kind in ("node", "interval"))
     # Where the entry lies on the curves is a matter of the entry; the accelerations there belong to the node.
     entries = tuple(f"{d.stance.name} node 0 output " for d in program.layout.domains)
-    at_entry = [name.startswith(entries) and " acceleration " not in name for name in names]
+    accelerations = tuple(f"{entry}{ACCELERATION}" for entry in entries)
+    at_entry = [name.startswith(entries) and not name.startswith(accelerations) for name in names]
     inside = np.array([name.startswith(prefixes) for name in names]) & ~np.array(at_entry)
     equal = nlp.lower == nlp.upper
     inner = np.concatenate([_inner_variables(domain) for domain in program.layout.domains])

@@ -20,7 +20,7 @@ from amble.types import Vector, frozen
 __all__ = ["Iteration", "Progress", "Solution", "solve", "variable_names", "violated_rows"]
 
 IPOPT_OPTIONS: dict[str, Any] = {
-    "mumps_scaling": 0,  # the program is scaled; MUMPS's own scalings cost more than they bring (theory.md, section 4)
+    "mumps_scaling": 0,  # the program is scaled; MUMPS's own cost time (docs/theory/transcription.md, section 8)
     "mumps_permuting_scaling": 0,
     "mu_strategy": "adaptive",  # a third fewer iterations than the monotone one (docs/performance.md)
     "print_level": 0,

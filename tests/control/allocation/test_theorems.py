@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from amble.control import (
 )
 from amble.control.feedforward import Feedforward, pack
 from amble.control.linearisation import linearise
+from amble.hybrid import stance_jacobian
 from tests import robots
 from tests.control.allocation.stances import NAMES, choose, dynamics, random_postures, samples, stance_feet
 
@@ -145,3 +148,36 @@ def test_dropping_a_swing_joint_makes_the_decoupling_singular(name: str) -> None
             kept = np.delete(np.arange(12), robot.joint_index(joint))
             condition = np.linalg.cond(G[np.ix_(6 + wanted, kept)])
             assert (condition < 1e8) if regular else (condition > 1e12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_null_torques_have_no_net_power_where_the_feet_rest(name: str, count: int) -> None:
+    """docs/theory/energy.md, eq. 8: so the mechanical work of all joints together does not depend on the law."""
+    robot = robots.robot(name)
+    symbol = ca.SX.sym("q", robot.size)
+    slopes = ca.Function("J", [symbol], [stance_jacobian(robot, stance_feet(robot, count), symbol)])
+    for q, v in zip(*random_postures(name, 10, seed=7), strict=True):
+        J, null = np.asarray(slopes(q).full()), np.asarray(dynamics(name, count)(q, v)[4].full())
+        rest = v - np.linalg.lstsq(J, J @ v, rcond=None)[0]
+        assert null.T @ rest[6:] == pytest.approx(np.zeros(null.shape[1]), abs=1e-12 * np.abs(null).max())
+        assert np.max(np.abs(null.T @ v[6:])) > 1e-3 * np.abs(null).max()
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("count", [2, 3])
+def test_joints_can_be_left_out_where_the_null_torques_allow_it(name: str, count: int) -> None:
+    """docs/theory/virtual-constraints.md, eq. 8, for outputs and, by symmetry, for actuators."""
+    seen = set()
+    for q, v in zip(*random_postures(name, 3, seed=8), strict=True):
+        _, G, _, _, null, _ = (np.asarray(part.full()) for part in dynamics(name, count)(q, v))
+        joints, basis = G[6:], np.linalg.qr(null)[0]
+        assert joints == pytest.approx(joints.T, abs=1e-10 * np.abs(joints).max())
+        for left_out in combinations(range(12), null.shape[1]):
+            volume = abs(np.linalg.det(basis[list(left_out)]))
+            if 1e-10 < volume < 1e-2:
+                continue  # neither clearly regular nor clearly singular
+            kept = np.linalg.svd(np.delete(joints, left_out, axis=0), compute_uv=False)
+            seen.add(regular := volume > 1e-2)
+            assert (kept[-1] > 1e-8 * kept[0]) == regular
+    assert seen == {True, False}

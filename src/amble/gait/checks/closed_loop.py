@@ -59,7 +59,7 @@ def integrate(
 ) -> tuple[Matrix, Matrix]:
     """Integrate the closed loop from (q, v) at the first time; return q and v at all times, (points, n_q) each.
 
-    The allocation law does not matter: it does not change the acceleration (theory.md, section 2).
+    The allocation law does not matter: it does not change the acceleration (docs/theory/allocation.md, eq. 6).
 
     Raises:
         WorkError: the integration fails.

@@ -143,11 +143,11 @@ def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
     for foot in domain.stance.feet:
         columns = at.foot(foot)
         place, rate = at.positions[:, columns], at.rates[:, columns]
-        axes = [f"{domain.name} {{}} {foot} {axis}" for axis in "xyz"]
+        drift, velocity = ([f"{domain.name} {what} {foot} {a}" for a in "xyz"] for what in ("drift", "velocity"))
         found += residuals("contact", [f"{domain.name} ground {foot}"], place[:1, 2:], times[:1], tolerance)
-        found += residuals("contact", [name.format("drift") for name in axes], place - place[0], times, tolerance)
+        found += residuals("contact", drift, place - place[0], times, tolerance)
         scale = size_of(trajectory.velocities)
-        found += residuals("contact", [name.format("velocity") for name in axes], rate, times, tolerance, scale)
+        found += residuals("contact", velocity, rate, times, tolerance, scale)
     acceleration = np.einsum("pij,pj->pi", at.jacobian[nodes], trajectory.accelerations) + at.contact_bias[nodes]
     names = [f"{domain.name} acceleration of foot {foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
     scale = size_of(trajectory.accelerations)
@@ -161,14 +161,13 @@ def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
     value, rate = domain.loop.errors(times, domain.positions, domain.velocities)
     wanted = domain.loop.wanted(times, domain.positions, domain.velocities)[nodes]
     dynamics = (trajectory.accelerations[:, 3:] - wanted) @ domain.loop.weights.T
-    names = [f"{domain.name} {{}} {name}" for name in coordinates]
+    kinds = ("output", "output rate", "output dynamics")
+    outputs, changes, answers = ([f"{domain.name} {kind} {name}" for name in coordinates] for kind in kinds)
     rates, accelerations = size_of(trajectory.velocities), size_of(trajectory.accelerations)
     return [
-        *residuals("output", [name.format("output") for name in names], value, times, tolerance),
-        *residuals("output", [name.format("output rate") for name in names], rate, times, tolerance, rates),
-        *residuals(
-            "output", [n.format("output dynamics") for n in names], dynamics, trajectory.times, tolerance, accelerations
-        ),
+        *residuals("output", outputs, value, times, tolerance),
+        *residuals("output", changes, rate, times, tolerance, rates),
+        *residuals("output", answers, dynamics, trajectory.times, tolerance, accelerations),
     ]
 
 

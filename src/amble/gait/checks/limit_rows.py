@@ -37,10 +37,10 @@ def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
         normal, tangential = force[:, 2], np.hypot(force[:, 0], force[:, 1])
         used = np.where(normal > 0.0, tangential / np.where(normal > 0.0, normal, 1.0), np.inf)
         least = 0.0 if foot in lifting else limits.normal_force
-        name, bounds, most = f"{domain.name} {{}} {foot}", (least, np.inf), (0.0, limits.friction)
+        bounds, most = (least, np.inf), (0.0, limits.friction)
         found += [
-            limit("normal force", name.format("normal force"), normal, times, bounds, slack * (1.0 + least)),
-            limit("friction", name.format("friction"), used, times, most, slack * limits.friction),
+            limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (1.0 + least)),
+            limit("friction", f"{domain.name} friction {foot}", used, times, most, slack * limits.friction),
         ]
     return found
 

@@ -23,7 +23,7 @@ Stack = NDArray[np.float64]
 """(points, rows, columns): a matrix at every point."""
 
 INTERNAL = {0: 0, 1: 0, 2: 1, 3: 3, 4: 6}
-"""Number of stance feet -> directions of internal force (theory.md, section 2)."""
+"""Number of stance feet -> directions of internal force (docs/theory/hybrid-model.md, eq. 10)."""
 
 
 @dataclass(frozen=True)

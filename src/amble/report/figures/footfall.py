@@ -9,7 +9,7 @@ import numpy as np
 
 from amble.errors import InputError
 from amble.hybrid import GaitPattern
-from amble.report.figures.style import BLUE, COLUMN, GREY, panels, paper_style
+from amble.report.figures.style import BLUE, COLUMN, GREY, panels, paper_style, plain_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,13 +38,13 @@ def footfall(pattern: GaitPattern, durations: Sequence[float]) -> Figure:
                     axes.barh(row, whole[number], left=edges[number], height=0.62, color=BLUE, linewidth=0.0)
         for edge in edges:
             axes.axvline(edge, color=GREY, linewidth=0.6, linestyle=":")
-        axes.set_yticks(range(len(feet)), feet)
+        axes.set_yticks(range(len(feet)), [plain_text(foot) for foot in feet])
         axes.set_ylim(len(feet) - 0.5, -0.5)
         axes.set_xlim(0.0, edges[-1])
         axes.set_xlabel("time in the cycle (s)")
         axes.set_ylabel("foot on the ground")
         axes.grid(visible=False)
         above = axes.secondary_xaxis("top")
-        above.set_xticks(0.5 * (edges[:-1] + edges[1:]), [stance.name for stance in pattern.stances])
+        above.set_xticks(0.5 * (edges[:-1] + edges[1:]), [plain_text(stance.name) for stance in pattern.stances])
         above.tick_params(length=0.0)
     return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from amble.metrics import Samples
-from amble.report.figures.style import BLUE, ORANGE, RED, with_gaps
+from amble.report.figures.style import BLUE, ORANGE, RED, plain_text, with_gaps
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,7 @@ def axis_labels(name: str) -> tuple[str, str]:
         return f"${name}$ (m)", rf"$\dot{{{name}}}$ (m/s)"
     if name in SYMBOLS:
         return f"{name} ${SYMBOLS[name]}$ (rad)", rf"$\dot{{{SYMBOLS[name]}}}$ (rad/s)"
-    return f"{name.replace('_', ' ')} (rad)", "rate (rad/s)"
+    return f"{plain_text(name.replace('_', ' '))} (rad)", "rate (rad/s)"
 
 
 def draw_portrait(axes: Axes, name: str, optimised: Samples, simulated: Samples) -> None:

@@ -132,6 +132,11 @@ def with_gaps(segments: IntegerVector, *values: Vector) -> tuple[Vector, ...]:
     return tuple(np.insert(np.asarray(each, dtype=np.float64), jumps, np.nan) for each in values)
 
 
+def plain_text(text: str) -> str:
+    """Write a text that may come from anywhere, such as a name, for matplotlib: a dollar begins no formula."""
+    return text.replace("$", r"\$")
+
+
 def plain_number(value: float, _position: float | None = None) -> str:
     """Write a tick label without trailing zeros, so that narrow panels hold three of them."""
     return f"{value:.10g}".replace("-", "\N{MINUS SIGN}")

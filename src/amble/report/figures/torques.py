@@ -17,6 +17,7 @@ from amble.report.figures.style import (
     legend_above,
     panels,
     paper_style,
+    plain_text,
     with_gaps,
 )
 from amble.robot import Robot
@@ -74,9 +75,9 @@ def _panels(motion: Motion, joints: Sequence[str], columns: int, magnitude: bool
                     *with_gaps(motion.segments, time, np.abs(values) if magnitude else values),
                     color=LAW_COLOURS[style % len(LAW_COLOURS)],
                     linestyle=LAW_STYLES[style % len(LAW_STYLES)],
-                    label=LAW_LABELS.get(law, law),
+                    label=plain_text(LAW_LABELS.get(law, law)),
                 )
-            here.set_title(joint.replace("_", " "))
+            here.set_title(plain_text(joint.replace("_", " ")))
             here.set_xlim(0.0, time[-1])
             if magnitude:
                 here.set_ylim(bottom=0.0)
