@@ -184,10 +184,10 @@ import sys, signal, os
 
 class Finder:
     # raises the signal at the n-th import after the program has begun
-    def __init__(self): self.left = int(sys.argv.pop(1))
+    def __init__(self): self.left, self.number = int(sys.argv.pop(1)), int(sys.argv.pop(1))
     def find_spec(self, *_):
         self.left -= 1
-        if self.left == 0: os.kill(os.getpid(), int(sys.argv.pop(1)))
+        if self.left == 0: os.kill(os.getpid(), self.number)
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 import amble.cli
@@ -197,7 +197,7 @@ amble.cli.main()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("at", [1, 20, 100, 300, 600, 900])
+@pytest.mark.parametrize("at", [1, 20, 100, 200, 300, 500])
 def test_a_signal_during_imports_is_one_sentence(at: int, number: signal.Signals, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", IMPORT, str(at), str(int(number)), "compare", str(GAIT), "--out", "x.json"],
@@ -206,7 +206,9 @@ def test_a_signal_during_imports_is_one_sentence(at: int, number: signal.Signals
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (128 + number, f"{SENTENCE[number]}\n")
+    said = done.stderr.splitlines()
+    assert (done.returncode, said[-1]) == (128 + number, SENTENCE[number])
+    assert set(said[:-1]) <= {"comparing ..."}
     assert not list(tmp_path.iterdir())
 
 

@@ -51,8 +51,6 @@ class Endings:
 
     def ending(self, work: Callable[[], None]) -> int:
         """Do the work, say how it failed and return its exit code; an exception that is not amble's own traces."""
-        from amble.cli.console import say
-
         try:
             work()
         except SystemExit as ended:
@@ -61,7 +59,7 @@ class Endings:
                 return code
         except AmbleError as error:
             if self._received is None:
-                say(f"error: {error}")
+                _say(f"error: {error}")
                 return error.exit_code
         except BaseException as error:
             if self._received is None and not isinstance(error, KeyboardInterrupt):
@@ -69,7 +67,7 @@ class Endings:
         else:
             return 0
         number = self._received or signal.SIGINT
-        say(SENTENCES[number])
+        _say(SENTENCES[number])
         return 128 + number
 
     def _interrupt(self, *_: Any) -> None:
@@ -89,6 +87,20 @@ class Endings:
         if self._received is None or not issubclass(unraisable.exc_type, KeyboardInterrupt):
             self._hook(unraisable)
             return
-        timer = threading.Timer(AGAIN, signal.raise_signal, [self._received])
+        timer = threading.Timer(AGAIN, _raise_in_main_thread, [self._received])
         timer.daemon = True
         timer.start()
+
+
+def _raise_in_main_thread(number: signal.Signals) -> None:
+    """Send a signal to the thread that handles it, which may be asleep in a call of the system."""
+    main = threading.main_thread().ident
+    if main is not None and hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(main, number)
+    else:
+        signal.raise_signal(number)
+
+
+def _say(text: str) -> None:
+    """Print a line on standard error, with nothing to import that a signal could have cut short."""
+    print(text, file=sys.stderr, flush=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from amble import __version__
+from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.export.code import Code, c_code
@@ -46,7 +47,7 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
 
     The folder gets amble_controller.h and .c (state, phase clock, switching, rank monitor, saturation, fallback), one C
     file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt. It is replaced as a
-    whole, so that files of two controllers never lie side by side.
+    whole, and files of two controllers do not compile together: each holds an id of the content of all.
 
     Args:
         gait: the gait; with feedback its stabilised outputs are used.
@@ -66,15 +67,11 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     codes = [
         c_code(law.function, f"Law of stance {law.stance.name}, feet {', '.join(law.stance.feet)}.") for law in laws
     ]
-    contents = {f"{code.name}.c": code.text for code in codes}
+    vectors = "".join(f"{vector.line()}\n" for vector in test_vectors(gait, laws))
     code, comments = _code(gait, laws, codes), _comments(gait, chosen)
-    for source, name in (("controller.h", "amble_controller.h"), ("controller.c", "amble_controller.c")):
-        contents[name] = filled(template(source), code, comments)
-    sources = [name for name in contents if name.endswith(".c")]
-    contents["replay.c"] = template("replay.c")
-    listed = {"SOURCES": " ".join(f"{code.name}.c" for code in codes)}
-    contents["CMakeLists.txt"] = filled(template("CMakeLists.txt"), listed)
-    contents["test_vectors.txt"] = "".join(f"{vector.line()}\n" for vector in test_vectors(gait, laws))
+    draft = _contents(codes, code, comments, vectors, "0")
+    contents = _contents(codes, code, comments, vectors, f"0x{content_key(draft.values())[:16]}ULL")
+    sources = [f"{code.name}.c" for code in codes] + ["amble_controller.c"]
     with replacing_folder(folder, _is_exported) as fresh:
         for name, text in contents.items():
             (fresh / name).write_bytes(text.encode())
@@ -87,6 +84,23 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
 def _is_exported(name: str) -> bool:
     """Whether an earlier export may have written a file of this name."""
     return name in FILES or (name.startswith("amble_law_") and name.endswith(".c"))
+
+
+def _contents(
+    codes: list[Code], code: Mapping[str, str], comments: Mapping[str, str], vectors: str, content: str
+) -> dict[str, str]:
+    """File name -> text; every file that is compiled into the controller holds the content id and tests it."""
+    test = filled(template("same_export.c"), {"CONTENT": content})
+    inside = {**code, "CONTENT": content}
+    listed = {"SOURCES": " ".join(f"{code.name}.c" for code in codes)}
+    return {
+        **{f"{code.name}.c": code.text + test for code in codes},
+        "amble_controller.h": filled(template("controller.h"), inside, comments),
+        "amble_controller.c": filled(template("controller.c"), inside, comments) + test,
+        "replay.c": template("replay.c"),
+        "CMakeLists.txt": filled(template("CMakeLists.txt"), listed),
+        "test_vectors.txt": vectors,
+    }
 
 
 def _comments(gait: Gait, law: AllocationLaw) -> Mapping[str, str]:
