@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from amble.control import AllocationLaw, Outputs
+from amble.control import AllocationLaw, joint_outputs
 from amble.gait import DomainTrajectory, Gait, Limits, SolverReport
 from amble.hybrid import GaitPattern, gait_pattern
 from amble.robot import Robot, catalogue
@@ -122,7 +122,7 @@ def synthetic_gait(nodes: int = 31) -> Gait:
         )
     return Gait(
         pattern=pattern,
-        outputs=Outputs((), 4),
+        outputs=joint_outputs(pattern, order=4),
         law=cast(AllocationLaw, None),
         speed=SPEED,
         gains=(100.0, 20.0),

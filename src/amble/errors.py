@@ -94,10 +94,13 @@ class FallError(WorkError):
 
 
 class CertificateError(WorkError):
-    """A stability certificate is refused: the rows that were checked; the message lists those that fail."""
+    """A stability certificate is refused: the rows that were checked; the message lists the worst that fail."""
 
-    def __init__(self, rows: Sequence[Row]) -> None:
+    def __init__(self, rows: Sequence[Row], shown: int = 20) -> None:
         self.rows = tuple(rows)
         failed = sorted((row for row in self.rows if row.violation > 0), key=lambda row: -row.violation)
-        listing = "\n".join(str(row) for row in failed)
+        lines = [str(row) for row in failed[:shown]]
+        if len(failed) > len(lines):
+            lines.append(f"... and {len(failed) - len(lines)} more")
+        listing = "\n".join(lines)
         super().__init__(f"no certificate: {len(failed)} of {len(self.rows)} conditions fail\n{listing}")

@@ -75,3 +75,24 @@ def test_a_gait_without_an_orbit_is_refused_in_words(tmp_path: Path, capsys: pyt
     tree = json.loads(out.read_text())
     assert tree["certified"] is False
     assert last.removeprefix("error: ") in tree["refused_because"]
+
+
+def test_what_a_gait_is_held_against_is_printed_and_an_absurd_bound_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = json.loads(GAIT.read_text())
+    tree["limits"]["friction"]["value"] = 100.0
+    tree["limits"]["torques"]["fl_knee"]["value"] = 1e-9
+    path, out = tmp_path / "gait.json", tmp_path / "certificate.json"
+    path.write_text(json.dumps(tree))
+    assert exit_code("certify", str(path), "--out", str(out)) == 1
+    captured = capsys.readouterr()
+    assert "held against: friction 100" in captured.out
+    assert "torque limits (1e-09 to 50 N m)" in captured.out
+    assert "ABSURD: friction coefficient, torque limit of 'fl_knee'" in captured.out
+    assert "sensible friction coefficient" in captured.err
+    assert exit_code("certify", str(path), "--out", str(out), "--allow-absurd-limits") == 0
+    assert "ABSURD" in capsys.readouterr().out
+    tree = json.loads(out.read_text())
+    assert tree["certified"] is True
+    assert tree["held_against"]["absurd"] == ["friction coefficient", "torque limit of 'fl_knee'"]

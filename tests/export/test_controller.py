@@ -304,8 +304,16 @@ def test_a_folder_with_other_files_is_refused_before_the_work(
 def test_a_stance_without_feet_is_refused(gait: Gait, tmp_path: Path) -> None:
     from dataclasses import replace
 
+    from amble.control import joint_outputs
     from amble.hybrid import gait_pattern
 
     flying = gait_pattern(gait.robot, [("fl",), ()])
+    outputs = joint_outputs(flying, gait.outputs.order)
+    curves = np.zeros((len(gait.robot.joints), gait.outputs.order + 1))
+    standing, flight = (
+        replace(domain, coefficients=curves, forces=domain.forces[:, :columns], impulse=np.zeros(3 - columns))
+        for domain, columns in zip(gait.domains, (3, 0), strict=True)  # the foot lands at the end of the flight
+    )
+    hopping = replace(gait, pattern=flying, outputs=outputs, domains=(standing, flight), feedback=None)
     with pytest.raises(InputError, match="no foot on the ground"):
-        export_controller(replace(gait, pattern=flying), None, tmp_path)
+        export_controller(hopping, None, tmp_path)

@@ -85,9 +85,9 @@ def test_a_limit_that_binds_is_active_but_not_missed(stabilised_gait: Gait, metr
 
 
 def _thinned(gait: Gait) -> Gait:
-    """The gait at every second node."""
+    """The gait at every third node."""
     names = ("times", "positions", "velocities", "accelerations", "torques", "forces")
-    return replace(gait, domains=tuple(replace(d, **{n: getattr(d, n)[::2] for n in names}) for d in gait.domains))
+    return replace(gait, domains=tuple(replace(d, **{n: getattr(d, n)[::3] for n in names}) for d in gait.domains))
 
 
 def test_limits_that_do_not_bind_change_nothing(torques: dict[str, np.ndarray]) -> None:

@@ -19,14 +19,22 @@ if TYPE_CHECKING:
 def certify(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Where to write the certificate (JSON).")] = Path("certificate.json"),
+    allow_absurd_limits: Annotated[
+        bool,
+        typer.Option(
+            "--allow-absurd-limits",
+            help="Certify even with friction above 2, torque limits below 1 % of weight times leg length, or gravity "
+            "outside 0.5 to 30 m/s^2.",
+        ),
+    ] = False,
 ) -> None:
     """Certify that a gait is exponentially stable; where that is refused, exits 1 and the file says so with reasons."""
     from amble.gait.files import load_gait
 
-    certified(load_gait(gait), out)
+    certified(load_gait(gait), out, allow_absurd_limits)
 
 
-def certified(gait: Gait, out: Path) -> Certificate:
+def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certificate:
     """Certify a gait, say what was found and write it.
 
     A refusal is written too, in the same place: an older certificate would look as if it belonged to this gait.
@@ -36,13 +44,29 @@ def certified(gait: Gait, out: Path) -> Certificate:
 
     try:
         with progress("certifying") as update:
-            certificate = certify_gait(gait, update)
+            certificate = certify_gait(gait, update, allow_absurd_limits)
     except WorkError as error:
+        typer.echo(_bounds(gait))
         wrote(write_results(out, refusal_tree(gait, error)))
         raise
     typer.echo(
         f"spectral radius of the full cycle {certificate.radius:.6f} (estimated error {certificate.error:.1e}), "
         f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
     )
+    typer.echo(_bounds(gait))
     wrote(write_results(out, certificate_tree(gait, certificate)))
     return certificate
+
+
+def _bounds(gait: Gait) -> str:
+    """Say in one sentence what the gait was held against, and what of that is absurd."""
+    from amble.report.certification import held_against
+
+    held = held_against(gait)
+    torques = gait.limits.torques.values()
+    range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
+    absurd = f"; ABSURD: {', '.join(held['absurd'])}" if held["absurd"] else ""
+    return (
+        f"held against: friction {held['friction']:g}, normal forces above 0, gravity {held['gravity_m_s2']:g} m/s^2; "
+        f"not held against: torque limits ({range_of}) and other limits of joints, which `amble check` looks at{absurd}"
+    )

@@ -31,6 +31,15 @@ class Outputs:
     domains: tuple[DomainOutputs, ...]
     order: int
 
+    def __post_init__(self) -> None:
+        """Check the order.
+
+        Raises:
+            InputError: the curves cannot meet position and rate at both ends.
+        """
+        if self.order < 3:
+            raise InputError(f"the order of the output curves is {self.order}; at least 3 is needed to meet both ends")
+
     def of(self, domain: str) -> DomainOutputs:
         """Look the outputs of a domain up."""
         for candidate in self.domains:
@@ -65,8 +74,6 @@ def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Seque
         InputError: the number of joints left out does not fit the stance, or none is known by default.
         UnknownNameError: a domain or joint that does not exist.
     """
-    if order < 3:
-        raise InputError(f"the order of the output curves is {order}; at least 3 is needed to meet both ends")
     known = [stance.name for stance in pattern.solved]
     for name in free or {}:
         if name not in known:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from amble.control.motion_equations import SMALLEST_PIVOT
+from amble.errors import InputError
 from amble.export.law import StanceLaw, torque_limits
 from amble.gait import Gait
 from amble.hybrid import Stance
@@ -67,12 +69,22 @@ test_vectors.__test__ = False  # type: ignore[attr-defined]
 
 
 def smallest_pivot(gait: Gait, laws: Sequence[StanceLaw]) -> float:
-    """Return the smallest pivot along the optimised motion."""
+    """Return the smallest pivot along the optimised motion.
+
+    Raises:
+        InputError: where the outputs lose their rank along it, so that no share of it could tell a lost rank.
+    """
     found = []
     for law, part in zip(laws, gait.domains, strict=True):
         for clock, q, v in zip(part.times, part.positions, part.velocities, strict=True):
             found.append(float(law.function(clock, np.concatenate([q, v]), law.parameters)[2]))
-    return min(found)
+    smallest = float(np.min(found))
+    if not smallest > SMALLEST_PIVOT:
+        raise InputError(
+            f"the outputs of the gait lose their rank along its recorded motion (smallest pivot {smallest:.2g}); "
+            "`amble check` tells what is wrong with it"
+        )
+    return smallest
 
 
 def _states(gait: Gait, solved: int, generator: np.random.Generator) -> Iterator[tuple[float, Vector, Vector]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amble.errors import InputError
-from amble.gait.checks.domain_rows import SampledDomain, domain_findings, sampled
+from amble.gait.checks.domain_rows import SampledDomain, domain_findings, motion_findings, sampled
 from amble.gait.checks.feedback_rows import feedback_findings
 from amble.gait.checks.findings import CheckReport, Finding, residuals
 from amble.gait.checks.limit_rows import limit_findings
@@ -58,10 +58,36 @@ def check(gait: Gait, grid: int = 4, tolerance: float = TOLERANCE, slack: float 
     for number, domain in enumerate(domains):
         following = domains[(number + 1) % len(domains)]
         findings += domain_findings(domain, tolerance)
+        findings += motion_findings(domain, tolerance)
         findings += switch_findings(gait, domain, following, tolerance)
         findings += limit_findings(domain, tolerance, slack)
     findings += _cost(gait, domains, tolerance)
     findings += feedback_findings(gait, tolerance)
+    return CheckReport(tuple(findings), sum(len(domain.times) for domain in domains), tolerance)
+
+
+def record_findings(gait: Gait, tolerance: float) -> CheckReport:
+    """Return the residuals of what is recorded, at its nodes: whether it is a motion of the robot under these outputs.
+
+    No limit is looked at. The motion in time is integrated only where everything else holds, since an integration from
+    numbers that are no motion may take for ever.
+
+    Args:
+        gait: the gait.
+        tolerance: bound of the scaled residuals.
+
+    Raises:
+        WorkError: the outputs lose their rank along the motion.
+    """
+    domains = [sampled(gait, number, 1) for number in range(len(gait.domains))]
+    findings: list[Finding] = []
+    for number, domain in enumerate(domains):
+        findings += domain_findings(domain, tolerance)
+        switch = switch_findings(gait, domain, domains[(number + 1) % len(domains)], tolerance)
+        findings += [finding for finding in switch if finding.family != "touchdown"]
+    if all(finding.passed for finding in findings):
+        for domain in domains:
+            findings += motion_findings(domain, tolerance)
     return CheckReport(tuple(findings), sum(len(domain.times) for domain in domains), tolerance)
 
 

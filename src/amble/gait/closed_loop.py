@@ -12,13 +12,14 @@ from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.feedforward import LATEST_PHASE, pack
 from amble.control.outputs import selection_matrix
 from amble.gait.record import Gait
+from amble.gait.validation import LARGEST_ORDER
 from amble.hybrid import Domain, HybridSystem, Switch, Symmetry, Transition
 from amble.maths.bezier import elevate
 from amble.robot import Robot, kinematics
 from amble.robot.model import RATE
 from amble.types import Vector, frozen
 
-REFERENCE_ORDER = 14
+REFERENCE_ORDER = LARGEST_ORDER
 """Order of the reference curves in the compiled loop: lower orders are written exactly in it, and the base's own
 motion over a domain is met to about 1e-9."""
 

@@ -6,7 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 
-from amble.errors import InputError
+from amble.errors import InputError, Row
+
+LARGEST_FRICTION = 2.0
+"""No foot on any floor of practice holds more; rubber on rough concrete has about 1."""
+
+SMALLEST_TORQUE = 0.01
+"""Smallest sensible limit of a torque, as a share of weight times leg length."""
+
+GRAVITY = (0.5, 30.0)
+"""From a large moon to a giant planet, m/s^2."""
 
 Interval = tuple[float, float]
 
@@ -58,6 +67,23 @@ class Limits:
         for what, value in (("normal force", self.normal_force), ("clearance", self.clearance)):
             if not 0.0 <= value < inf:
                 raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")
+
+
+def sensible_rows(limits: Limits, gravity: float, mass: float, leg_length: float) -> tuple[Row, ...]:
+    """Return the bounds that a verdict on a gait rests on as rows: outside their own bounds they are absurd.
+
+    Args:
+        limits: bounds of the gait.
+        gravity: of its robot, m/s^2.
+        mass: of its robot, kg.
+        leg_length: of its robot, m.
+    """
+    least = SMALLEST_TORQUE * mass * abs(gravity) * leg_length
+    return (
+        Row("sensible gravity", GRAVITY[0], gravity, GRAVITY[1]),
+        Row("sensible friction coefficient", 0.0, limits.friction, LARGEST_FRICTION),
+        *(Row(f"sensible torque limit of '{joint}'", least, torque, inf) for joint, torque in limits.torques.items()),
+    )
 
 
 def _ordered(what: str, interval: Interval) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from amble.control import AllocationLaw, Outputs
 from amble.gait.limits import Limits
+from amble.gait.validation import check_feedback, check_gait, check_trajectory
 from amble.hybrid import GaitPattern
 from amble.names import check_name
 from amble.robot import Robot
@@ -42,6 +43,10 @@ class DomainTrajectory:
     forces: NodeValues
     impulse: Vector
 
+    def __post_init__(self) -> None:
+        """Check that the numbers fit together; errors as in ``validation.check_trajectory``."""
+        check_trajectory(self)
+
 
 @dataclass(frozen=True)
 class Feedback:
@@ -60,6 +65,10 @@ class Feedback:
     weights: Mapping[str, Matrix]
     durations: Mapping[str, float]
     start: Vector
+
+    def __post_init__(self) -> None:
+        """Check that durations are positive and numbers finite; errors as in ``validation.check_feedback``."""
+        check_feedback(self)
 
 
 @dataclass(frozen=True)
@@ -125,7 +134,8 @@ class Gait:
     multipliers: Multipliers | None = None
 
     def __post_init__(self) -> None:
-        """Check the texts that the records inside do not."""
+        """Check that the parts fit robot, pattern and each other, and the texts that the records inside do not."""
+        check_gait(self)
         for package, version in self.versions.items():
             check_name("package", package)
             check_name("version", version)

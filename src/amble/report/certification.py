@@ -7,14 +7,16 @@ from dataclasses import replace
 
 from amble.errors import CertificateError, Row, WorkError
 from amble.gait import Gait
+from amble.gait.check import record_findings
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import gait_tree
+from amble.gait.limits import sensible_rows
 from amble.gait.tree import dumps
-from amble.hybrid import HybridSystem
-from amble.metrics import ContactBounds, contact_report
-from amble.simulation import Trace, simulate
+from amble.report.orbit_conditions import RECORD, orbit_conditions
+from amble.robot.physical import physical_rows
+from amble.simulation import Trace
 from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
-from amble.stability.certificate import Progress, row_tree
+from amble.stability.certificate import Progress, finite, row_tree
 from amble.stability.own_orbit import own_fixed_point
 from amble.types import Json, Vector
 
@@ -23,27 +25,74 @@ FORMAT = "amble certificate"
 CONTENT = ("robot", "pattern", "outputs", "law", "speed", "gains", "limits", "domains", "feedback")
 """Parts of a gait that its certificate depends on."""
 
-TOLERANCE = 1e-10
-"""Of the integrator, for the cycle on which contacts are looked at."""
 
-
-def certify_gait(gait: Gait, progress: Progress | None = None) -> Certificate:
+def certify_gait(gait: Gait, progress: Progress | None = None, allow_absurd_limits: bool = False) -> Certificate:
     """Certify the full cycle of a gait's closed loop; everything is computed again from the gait.
+
+    Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
+    the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground.
 
     Args:
         gait: the gait.
         progress: called with what is being computed, in words.
+        allow_absurd_limits: certify against limits and gravity that nobody would mean (``gait.limits.sensible_rows``).
 
     Raises:
-        CertificateError: a condition of ``stability.certify`` fails, or a contact is violated on the orbit.
+        CertificateError: a condition of ``stability.certify`` or one of the above fails.
         FallError: the motion does not come back.
         NotSolvedError: the closed loop has no fixed point near the gait.
+        WorkError: the outputs lose their rank along the recorded motion.
     """
     tell = progress or (lambda _: None)
+    tell("robot, limits and recorded motion")
+    sensible = () if allow_absurd_limits else _sensible(gait)
+    conditions = _sound((*physical_rows(gait.robot, gait.pattern.mirrored), *sensible))
+    conditions += _recorded(gait, conditions)
     tell("closed loop")
     system = closed_loop(gait)
     found = own_fixed_point(gait, lambda step, residual: tell(f"fixed point, step {step}, residual {residual:.1e}"))[1]
-    return certify(system, found.state, contact_conditions(gait, system, found.state), progress=progress)
+    conditions = _sound((*conditions, *orbit_conditions(gait, system, found.state)))
+    return certify(system, found.state, conditions, progress=progress)
+
+
+def _sound(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+    """Return rows that hold; what comes after them is computed only then."""
+    if any(row.violation > 0.0 for row in rows):
+        raise CertificateError(rows)
+    return rows
+
+
+def _sensible(gait: Gait) -> tuple[Row, ...]:
+    robot = gait.robot
+    return sensible_rows(gait.limits, robot.gravity, robot.mass, robot.leg_length)
+
+
+def _recorded(gait: Gait, before: tuple[Row, ...]) -> tuple[Row, ...]:
+    """Return the worst row of every family of the record; where any row fails, raise with all of them."""
+    report = record_findings(gait, RECORD)
+    if not report.passed:
+        rows = (replace(finding.row, lower=finding.row.lower - finding.slack) for finding in report.findings)
+        raise CertificateError((*before, *rows))
+    worst = report.worst.items()
+    return tuple(
+        replace(found.row, name=f"record, {family}: {found.row.name}", lower=found.row.lower - found.slack)
+        for family, found in worst
+    )
+
+
+def held_against(gait: Gait) -> Json:
+    """Return the bounds that a certificate of the gait rests on, with their units, and which of them are absurd.
+
+    Torques are not conditions of the certificate; their limits are there because a reader takes them for kept.
+    """
+    limits = gait.limits
+    return {
+        "friction": limits.friction,
+        "normal_force_N": 0.0,
+        "gravity_m_s2": gait.robot.gravity,
+        "torque_limits_N_m": {joint: finite(value) for joint, value in limits.torques.items()},
+        "absurd": [row.name.removeprefix("sensible ") for row in _sensible(gait) if row.violation > 0.0],
+    }
 
 
 def initial_spectrum(gait: Gait) -> Spectrum:
@@ -58,19 +107,15 @@ def distances(gait: Gait, trace: Trace, certificate: Certificate) -> Vector:
     return section_distances(closed_loop(gait), trace.section, certificate.state)
 
 
-def contact_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[Row, ...]:
-    """Return what must hold in every contact of the cycle from a state: normal forces, friction, heights, drift, rank.
-
-    Limits of joints are not conditions of the model's validity; the report shows them.
-    """
-    bounds = replace(ContactBounds.of_limits(gait.limits), torques={}, speeds={})
-    trace = simulate(system, state, 1, TOLERANCE)
-    return tuple(worst.row for worst in contact_report(trace, gait.pattern, bounds).rows)
-
-
 def certificate_tree(gait: Gait, certificate: Certificate) -> Json:
     """Return a certificate with the gait that it belongs to as a tree for a JSON file."""
-    return {"format": FORMAT, "certified": True, "gait": identity(gait), **certificate.to_json()}
+    return {
+        "format": FORMAT,
+        "certified": True,
+        "gait": identity(gait),
+        "held_against": held_against(gait),
+        **certificate.to_json(),
+    }
 
 
 def refusal_tree(gait: Gait, error: WorkError) -> Json:
@@ -80,6 +125,7 @@ def refusal_tree(gait: Gait, error: WorkError) -> Json:
         "format": FORMAT,
         "certified": False,
         "gait": identity(gait),
+        "held_against": held_against(gait),
         "refused_because": str(error).splitlines(),
         "conditions": [row_tree(row) for row in rows],
     }

@@ -169,7 +169,7 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
     """Return the largest relative deviation from symmetry and what deviates."""
     generator = np.random.default_rng(0)
     worst = (0.0, "nothing")
-    size = _size(robot)
+    size = robot.leg_length
     for pose in [np.zeros(robot.size), *generator.uniform(-1.0, 1.0, (POSES, robot.size))]:
         image = mirrored(pose)
         for name, twin in feet.items():
@@ -177,6 +177,8 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
             deviation = float(np.abs(_array(foot_position(robot, twin, image)) - expected).max())
             worst = max(worst, (deviation / size, f"the position of foot '{twin}'"))
         inertia, at_image = np.asarray(mass_matrix(robot, pose)), np.asarray(mass_matrix(robot, image))
+        if not np.all(np.diag(inertia) > 0.0):
+            raise InputError(f"robot '{robot.name}' has a mass matrix that is not positive definite")
         scale = np.sqrt(np.outer(np.diag(inertia), np.diag(inertia)))
         deviation = float((np.abs(mirrored.matrix.T @ at_image @ mirrored.matrix - inertia) / scale).max())
         worst = max(worst, (deviation, "the mass matrix"))
@@ -184,15 +186,6 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
         height = abs(float(potential_energy(robot, image)) - float(potential_energy(robot, pose))) / (weight * size)
         worst = max(worst, (height, "the height of the centre of mass"))
     return worst
-
-
-def _size(robot: Robot) -> float:
-    """Length that deviations of positions are measured by: the longest leg, stretched joint by joint, m."""
-    lengths = []
-    for foot in robot.feet:
-        steps = [float(np.linalg.norm(robot.joints[j].translation)) for j in robot.chain(foot.link)]
-        lengths.append(sum(steps) + float(np.linalg.norm(foot.offset)))
-    return max(lengths)
 
 
 def _array(values: ca.DM) -> Vector:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from amble.errors import InputError, UnknownNameError
 from amble.names import LONGEST_FILE, check_distinct, check_name
 from amble.types import Json, Matrix, Vector
@@ -177,6 +179,16 @@ class Robot:
     def mass(self) -> float:
         """Total mass, kg."""
         return float(sum(link.mass for link in self.links))
+
+    @cached_property
+    def leg_length(self) -> float:
+        """Length of the longest leg, stretched joint by joint, m: what deviations of positions are measured by."""
+        reaches = [
+            sum(float(np.linalg.norm(self.joints[j].translation)) for j in self.chain(foot.link))
+            + float(np.linalg.norm(foot.offset))
+            for foot in self.feet
+        ]
+        return max(reaches, default=0.0)
 
     @cached_property
     def legs(self) -> Mapping[str, tuple[str, ...]]:

@@ -120,9 +120,9 @@ class Certificate:
             "jacobians": {
                 "disagreement_relative": self.disagreement,
                 "difference_step": self.differences.step,
-                "difference_sweep": [[step, _finite(distance)] for step, distance in self.differences.sweep],
+                "difference_sweep": [[step, finite(distance)] for step, distance in self.differences.sweep],
             },
-            "tolerance_sweep": [[tolerance, _finite(distance)] for tolerance, distance in self.sweep],
+            "tolerance_sweep": [[tolerance, finite(distance)] for tolerance, distance in self.sweep],
             "return_map": self.spectrum.matrix.tolist(),
             "basis": self.spectrum.basis.tolist(),
             "lyapunov": None if self.lyapunov is None else self.lyapunov.tolist(),
@@ -208,12 +208,12 @@ def certify(
 def row_tree(row: Row) -> Json:
     """Return a row as a tree for a JSON file; a bound that is not there, or a value that is no number, is None."""
     numbers = {"lower": row.lower, "value": row.value, "upper": row.upper}
-    finite = {key: _finite(value) for key, value in numbers.items()}
-    return {"name": row.name, **finite, "holds": bool(row.violation == 0)}
+    written = {key: finite(value) for key, value in numbers.items()}
+    return {"name": row.name, **written, "holds": bool(row.violation == 0)}
 
 
-def _finite(value: float) -> float | None:
-    """JSON has neither infinity nor NaN."""
+def finite(value: float) -> float | None:
+    """Return the number, or None for infinity and NaN, which JSON does not have."""
     return float(value) if isfinite(value) else None
 
 

@@ -68,10 +68,9 @@ def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
 
 
 def domain_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
-    """Return every residual of a domain."""
+    """Return every residual of a domain but those of its motion in time."""
     return [
         *_clock(domain, tolerance),
-        *_motion(domain, tolerance),
         *_nodes(domain, tolerance),
         *_dynamics(domain, tolerance),
         *_contact(domain, tolerance),
@@ -91,7 +90,7 @@ def _clock(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return residuals("clock", names, ends, np.array([np.nan]), tolerance)
 
 
-def _motion(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
     """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible."""
     robot, times = domain.gait.robot, domain.times
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from amble.errors import WorkError
 from amble.gait.checks.domain_rows import SampledDomain, size_of
 from amble.gait.checks.findings import Finding, limit, residuals
 from amble.gait.checks.stance_model import Terms, terms
@@ -77,11 +78,18 @@ def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Findi
 
 
 def plastic(at: Terms) -> tuple[Vector, Vector]:
-    """Velocities after the impact and the impulse, of the dense system [D -J^T; J 0]."""
+    """Velocities after the impact and the impulse, of the dense system [D -J^T; J 0].
+
+    Raises:
+        WorkError: the system is singular: no impulse stops the feet.
+    """
     D, J, v = at.mass[0], at.jacobian[0], at.velocities[0]
     n, c = len(D), len(J)
     system = np.block([[D, -J.T], [J, np.zeros((c, c))]])
-    solution = np.linalg.solve(system, np.concatenate([D @ v, np.zeros(c)]))
+    try:
+        solution = np.linalg.solve(system, np.concatenate([D @ v, np.zeros(c)]))
+    except np.linalg.LinAlgError:
+        raise WorkError(f"no impulse stops the feet {', '.join(at.feet)} at the end of the motion") from None
     return solution[:n], solution[n:]
 
 

@@ -1,0 +1,166 @@
+"""What a gait record must be before anything reads it: lengths, counts, clocks and numbers that fit together.
+
+Whether the motion is one of the robot is not judged here but by ``gait.check``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from amble.control.outputs import actuated_freedoms, controllable
+from amble.errors import InputError, UnknownNameError
+
+if TYPE_CHECKING:
+    from amble.gait.record import DomainTrajectory, Feedback, Gait
+    from amble.types import Vector
+
+LARGEST_ORDER = 14
+"""Order in which the closed loop writes every reference curve; a curve of higher order does not fit into it."""
+
+CLOCK_ROUNDING = 1e-9
+"""What the last node's clock may miss of the duration, as a share of it."""
+
+
+def check_trajectory(domain: DomainTrajectory) -> None:
+    """Refuse a recorded motion whose numbers do not fit together.
+
+    Raises:
+        InputError: a duration that is not positive, a clock that does not run from 0 to it, fields of different
+            lengths, or a number that is not finite.
+    """
+    place, nodes = f"the motion of domain '{domain.name}'", len(domain.times)
+    check_duration(f"the duration of domain '{domain.name}'", domain.duration)
+    for field in ("positions", "velocities", "accelerations", "torques", "forces"):
+        values = getattr(domain, field)
+        if values.ndim != 2 or len(values) != nodes:
+            raise InputError(f"{place} has {nodes} nodes, but its {field} have the shape {_shape(values)}")
+        _finite(place, field, values)
+    for field in ("coefficients", "times", "impulse"):
+        _finite(place, field, getattr(domain, field))
+    if nodes < 3 or nodes % 2 == 0:
+        raise InputError(f"{place} has {nodes} nodes; ends and middles of its intervals are an odd number from 3 on")
+    _clock(place, domain.times, domain.duration)
+
+
+def check_feedback(feedback: Feedback) -> None:
+    """Refuse stabilised outputs with a duration that is not positive or a number that is not finite.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    for name, duration in feedback.durations.items():
+        check_duration(f"the feedback's duration of domain '{name}'", duration)
+    for field in ("references", "weights"):
+        for name, values in getattr(feedback, field).items():
+            _finite(f"the feedback of domain '{name}'", field, values)
+    _finite("the feedback", "start", feedback.start)
+
+
+def check_gait(gait: Gait) -> None:
+    """Refuse a gait whose parts do not fit its robot, its pattern and each other.
+
+    Raises:
+        UnknownNameError: an output that the robot does not have.
+        InputError: anything else that does not fit, in one sentence.
+    """
+    for what, value in (("speed", gait.speed), ("position gain", gait.gains[0]), ("velocity gain", gait.gains[1])):
+        if not np.isfinite(value):
+            raise InputError(f"the {what} of the gait is {value}, not a finite number")
+    _check_order("output curves", gait.outputs.order)
+    solved = [stance.name for stance in gait.pattern.solved]
+    _same("outputs", [entry.domain for entry in gait.outputs.domains], solved)
+    _same("motion", [domain.name for domain in gait.domains], solved)
+    _check_outputs(gait)
+    for number in range(len(solved)):
+        _check_shapes(gait, number)
+    if gait.feedback is not None:
+        _check_feedback_shapes(gait, gait.feedback)
+
+
+def check_duration(what: str, duration: float) -> None:
+    """Refuse a duration that is not a finite positive number."""
+    if not 0.0 < duration < np.inf:
+        raise InputError(f"{what} is {duration:g} s; it must be positive and finite")
+
+
+def _clock(place: str, times: Vector, duration: float) -> None:
+    if not np.all(np.diff(times) > 0.0):
+        raise InputError(f"{place} has a clock that does not run forward")
+    if abs(times[0]) > CLOCK_ROUNDING * duration or abs(times[-1] - duration) > CLOCK_ROUNDING * duration:
+        raise InputError(f"{place} lasts {duration:g} s, but its clock runs from {times[0]:g} to {times[-1]:g} s")
+
+
+def _check_order(what: str, order: int) -> None:
+    if order > LARGEST_ORDER:
+        raise InputError(f"the order of the {what} is {order}; the closed loop takes up to {LARGEST_ORDER}")
+
+
+def _check_outputs(gait: Gait) -> None:
+    known = controllable(gait.robot)
+    for stance in gait.pattern.solved:
+        coordinates = gait.outputs.of(stance.name).coordinates
+        for name in coordinates:
+            if name not in known:
+                raise UnknownNameError(f"output of domain '{stance.name}'", name, known)
+        needed = actuated_freedoms(gait.robot, stance.feet)
+        if len(coordinates) != needed or len(set(coordinates)) != needed:
+            raise InputError(
+                f"domain '{stance.name}' has {len(set(coordinates))} different outputs of {len(coordinates)}; "
+                f"standing on {', '.join(stance.feet) or 'no foot'} it needs {needed}"
+            )
+
+
+def _check_shapes(gait: Gait, number: int) -> None:
+    """Fields of one domain against robot, stance and outputs; something must move, and a foot of a stance push."""
+    robot, domain, stance = gait.robot, gait.domains[number], gait.pattern.solved[number]
+    switch, nodes, outputs = gait.pattern.switches[number], len(domain.times), gait.outputs
+    wanted = {
+        "coefficients": (len(outputs.of(domain.name).coordinates), outputs.order + 1),
+        **dict.fromkeys(("positions", "velocities", "accelerations"), (nodes, robot.size)),
+        "torques": (nodes, len(robot.joints)),
+        "forces": (nodes, 3 * len(stance.feet)),
+        "impulse": (3 * len(switch.target.feet) if switch.landing else 0,),
+    }
+    for field, shape in wanted.items():
+        _shaped(f"the {field} of domain '{domain.name}'", getattr(domain, field), shape)
+    if not np.any(domain.velocities):
+        raise InputError(f"nothing moves in the motion of domain '{domain.name}'")
+    if stance.feet and not np.any(domain.forces[:, 2::3] > 0.0):
+        raise InputError(f"no foot pushes on the ground in the motion of domain '{domain.name}'")
+
+
+def _check_feedback_shapes(gait: Gait, feedback: Feedback) -> None:
+    solved, observed = [stance.name for stance in gait.pattern.solved], len(controllable(gait.robot))
+    kinds: tuple[Mapping[str, Any], ...] = (feedback.references, feedback.weights, feedback.durations)
+    for entries in kinds:
+        _same("feedback", entries, solved)
+    for name in solved:
+        references = feedback.references[name]
+        columns = references.shape[-1] if references.ndim else 0
+        _shaped(f"the references of domain '{name}'", references, (observed, max(columns, 1)))
+        _check_order(f"references of domain '{name}'", columns - 1)
+        count = len(gait.outputs.of(name).coordinates)
+        _shaped(f"the weights of domain '{name}'", feedback.weights[name], (count, observed))
+    _shaped("the start of the feedback", feedback.start, (2 * gait.robot.size,))
+
+
+def _same(what: str, names: Collection[str], solved: list[str]) -> None:
+    if set(names) != set(solved) or len(names) != len(solved):
+        raise InputError(f"the {what} of the gait name the domains {', '.join(names)}, not {', '.join(solved)}")
+
+
+def _shaped(what: str, values: Any, shape: tuple[int, ...]) -> None:
+    if values.shape != shape:
+        raise InputError(f"{what} have the shape {_shape(values)}, not {' x '.join(map(str, shape))}")
+
+
+def _shape(values: Any) -> str:
+    return " x ".join(map(str, values.shape)) or "of one number"
+
+
+def _finite(place: str, field: str, values: Any) -> None:
+    if not np.all(np.isfinite(values)):
+        raise InputError(f"{place}: its {field} hold a number that is not finite")

@@ -1,0 +1,77 @@
+"""Whether a robot is one that could be built: what its equations of motion take for granted, as rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amble.errors import Row
+from amble.robot.dynamics import mass_matrix
+from amble.robot.model import Joint, Link, Robot
+from amble.types import Vector
+
+ROUNDING = 1e-9
+"""What roundoff may take from a moment of inertia, as a share of the largest, or add to a frame."""
+
+SMALLEST_SHARE = 1e-9
+"""Smallest eigenvalue of the mass matrix with a unit diagonal; less is singular to double precision."""
+
+LARGEST_ASYMMETRY = 1e-6
+"""Largest relative asymmetry at which one half of a cycle may speak for the other; an exact model has about 1e-15."""
+
+POSES = 20
+"""Random poses at which the mass matrix is looked at, besides the zero pose."""
+
+
+def physical_rows(robot: Robot, mirrored: bool) -> tuple[Row, ...]:
+    """Return what must hold of a robot: gravity, masses, inertias, frames, mass matrix, and its symmetry if it is used.
+
+    An inertia that breaks the triangle inequality belongs to no body but gives sound equations of motion; it passes.
+
+    Args:
+        robot: the robot.
+        mirrored: whether its left-right mirror is used; its own ``symmetry_tolerance`` does not count here.
+    """
+    rows = [Row("gravity of the robot, positive", float(np.nextafter(0.0, 1.0)), robot.gravity, np.inf)]
+    for link in robot.links:
+        rows += _link_rows(link)
+    rows += [Row(f"frame of joint '{joint.name}'", 0.0, _frame_error(joint), ROUNDING) for joint in robot.joints]
+    rows.append(Row("smallest eigenvalue of the scaled mass matrix", SMALLEST_SHARE, _smallest_share(robot), np.inf))
+    if mirrored:
+        rows.append(Row("left-right asymmetry of the robot", 0.0, robot.mirror.asymmetry, LARGEST_ASYMMETRY))
+    return tuple(rows)
+
+
+def _link_rows(link: Link) -> list[Row]:
+    """Mass and principal moments of a link."""
+    size = float(np.max(np.abs(link.inertia))) or 1.0
+    skewed = float(np.max(np.abs(link.inertia - link.inertia.T))) / size
+    moment = float(np.linalg.eigvalsh(0.5 * (link.inertia + link.inertia.T) / size)[0])
+    return [
+        Row(f"mass of link '{link.name}'", 0.0, link.mass, np.inf),
+        Row(f"asymmetry of the inertia of link '{link.name}', relative", 0.0, skewed, ROUNDING),
+        Row(f"smallest principal moment of link '{link.name}', relative", -ROUNDING, moment, np.inf),
+    ]
+
+
+def _frame_error(joint: Joint) -> float:
+    """How far a joint's frame is from a rotation and its axis from a unit vector."""
+    turn = float(np.max(np.abs(joint.rotation.T @ joint.rotation - np.eye(3))))
+    handed = abs(float(np.linalg.det(joint.rotation)) - 1.0)
+    return max(turn, handed, abs(float(np.linalg.norm(joint.axis)) - 1.0))
+
+
+def _smallest_share(robot: Robot) -> float:
+    """Smallest eigenvalue over the poses of D scaled to a unit diagonal; NaN where that is impossible."""
+    drawn = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, robot.size))
+    drawn[:, :6] = 0.0  # D does not depend on the position; Euler angles, not the robot, degrade it with orientation
+    shares = [_share(robot, pose) for pose in (np.zeros(robot.size), *drawn)]
+    return float(np.min(shares))  # NaN where any is
+
+
+def _share(robot: Robot, pose: Vector) -> float:
+    inertia = np.asarray(mass_matrix(robot, pose))
+    diagonal = np.diag(inertia)
+    if not (np.all(np.isfinite(inertia)) and np.all(diagonal > 0.0)):
+        return float("nan")
+    root = np.sqrt(diagonal)
+    return float(np.linalg.eigvalsh(inertia / np.outer(root, root))[0])
