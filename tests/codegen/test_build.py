@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import casadi as ca
@@ -152,7 +153,7 @@ def test_concurrent_processes_share_the_cache(empty_cache: Path) -> None:
     expected = [float(swing()([0.1, 0.2, 0.3, 0.4], number)[0][2]) for number in range(8)]
     np.testing.assert_allclose(values, expected, rtol=1e-14)
     assert len(libraries(empty_cache)) == 1
-    assert not list(empty_cache.glob("build-*"))
+    assert not list(empty_cache.glob(".amble-*"))
 
 
 def test_without_compiler_the_function_is_interpreted_and_said_once(
@@ -186,10 +187,10 @@ def test_full_disk_while_compiling_falls_back(
 ) -> None:
     real = Compiler.build
 
-    def full(tool: Compiler, source: Path, library: Path) -> None:
+    def full(tool: Compiler, source: Path, library: Path, names: Sequence[str]) -> None:
         if empty_cache in source.parents:
             raise OSError(28, "No space left on device")
-        real(tool, source, library)
+        real(tool, source, library, names=names)
 
     monkeypatch.setattr(Compiler, "build", full)
     assert_equal_functions(swing(), compiled(swing()))
@@ -198,7 +199,7 @@ def test_full_disk_while_compiling_falls_back(
 
 
 def test_full_disk_everywhere_is_interpreted(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    def full(*_: object) -> None:
+    def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(build, "compiler", lambda: Compiler("/usr/bin/cc", "test"))

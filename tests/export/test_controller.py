@@ -272,6 +272,35 @@ def test_contact_forces_outside_the_cone_are_told(gait: Gait, controller: Contro
     assert CONTACT_FORCE in statuses
 
 
+@pytest.mark.parametrize("mixed", ["amble_controller.h", "amble_controller.c", "amble_law_D1.c"])
+def test_files_of_two_exports_do_not_compile_together(mixed: str, gait: Gait, tmp_path: Path) -> None:
+    tool = compiler()
+    assert tool is not None
+    for law, name in zip(LAWS, ("first", "second"), strict=True):
+        export_controller(gait, law, tmp_path / name)
+    again = export_controller(gait, LAWS[0], tmp_path / "first")
+    command = [tool.path, *STRICT, "-c", *(path.name for path in again.sources)]
+    subprocess.run(command, cwd=again.folder, check=True)
+    shutil.copy(tmp_path / "second" / mixed, again.folder / mixed)
+    done = subprocess.run(command, cwd=again.folder, check=False, capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "belong to two exports" in done.stderr
+
+
+def test_an_export_is_the_same_at_every_writing(gait: Gait, tmp_path: Path) -> None:
+    first, second = (export_controller(gait, None, tmp_path / name) for name in ("first", "second"))
+    assert [path.read_bytes() for path in first.files] == [path.read_bytes() for path in second.files]
+
+
+def test_a_folder_with_other_files_is_refused_before_the_work(
+    gait: Gait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("amble.export.controller.stance_law", lambda *_: pytest.fail("the work has begun"))
+    (tmp_path / "main.c").touch()
+    with pytest.raises(InputError, match=r"'main\.c' in it was not written by this command"):
+        export_controller(gait, None, tmp_path)
+
+
 def test_a_stance_without_feet_is_refused(gait: Gait, tmp_path: Path) -> None:
     from dataclasses import replace
 

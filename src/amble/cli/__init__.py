@@ -1,5 +1,5 @@
 """The command line: parse, call, print; no mathematics."""
 
-from amble.cli.app import main
+from amble.cli.process import main
 
 __all__ = ["main"]

@@ -1,39 +1,41 @@
-"""The program ``amble``: its commands, and what becomes of errors."""
+"""The program ``amble``: its commands."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand
 
 from amble import __version__
 from amble.cli import certify, check, compare, export, report, reproduce, robots, simulate, stabilize, synthesize
-from amble.cli.console import log_to_stderr, say
-from amble.errors import AmbleError
-
-INTERRUPTED = 130
-"""Exit code of a command that Ctrl-C stopped: 128 + SIGINT."""
 
 
-class Commands(TyperGroup):
-    """The commands, with one place where the errors of their work end."""
+class Command(TyperCommand):
+    """One command, which refuses a place that it could not write before it works for minutes."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command; an exception that is not amble's own is a bug and traces."""
-        try:
-            return super().invoke(ctx)
-        except AmbleError as error:
-            say(f"error: {error}")
-            raise typer.Exit(error.exit_code) from None
-        except KeyboardInterrupt:
-            say("interrupted; files that were complete before are as they were")
-            raise typer.Exit(INTERRUPTED) from None
+        """Check the places of the results and run."""
+        from amble.storage import check_file, check_folder
 
+        for name in PLACES & ctx.params.keys():
+            place = ctx.params[name]
+            if place is None or self.name == "export":  # which checks its folder itself: it is replaced as a whole
+                continue
+            if self.name in INTO_FOLDERS:
+                check_folder(place)
+            else:
+                check_file(f"{place}.png" if name == "figure" else place)
+        return super().invoke(ctx)
+
+
+PLACES = {"out", "keep", "figure"}
+"""Parameters that name what is written."""
+INTO_FOLDERS = ("reproduce", "report")
+"""Commands whose ``--out`` is a folder that keeps what else is in it."""
 
 app = typer.Typer(
     name="amble",
-    cls=Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain help comes in 0.12 s, the framed one in 0.35 s
@@ -54,7 +56,7 @@ COMMANDS = (
 )
 
 for command in COMMANDS:
-    app.command()(command)
+    app.command(cls=Command)(command)
 
 
 def _version(wanted: bool) -> None:
@@ -70,9 +72,3 @@ def common(
     ] = False,
 ) -> None:
     """From a robot description to a torque-minimal walking controller with a stability certificate."""
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Run the program and exit with 0, 1 (the work failed), 2 (bad usage or input) or 130 (interrupted)."""
-    log_to_stderr()
-    app(arguments, prog_name="amble")

@@ -17,7 +17,7 @@ from pathlib import Path
 import casadi as ca
 
 from amble.codegen.cache import content_key, fallback_folder, intact, kept, writable_folder
-from amble.codegen.compiler import FLAGS, Compiler, compiler
+from amble.codegen.compiler import FLAGS, STOP, Compiler, compiler
 from amble.codegen.parts import cut_into_parts
 from amble.errors import InputError, UnknownNameError
 from amble.names import identifier
@@ -189,25 +189,33 @@ def _libraries(units: Sequence[Unit], tool: Compiler) -> list[Path]:
         return paths
     texts = {path: unit.source() for path, unit in missing.items()}
     with ThreadPoolExecutor(max_workers=PARALLEL) as pool:
-        built = dict(zip(texts, pool.map(_build, texts, texts.values(), repeat(tool)), strict=True))
+        names = [unit.exports for unit in missing.values()]
+        try:
+            built = dict(zip(texts, pool.map(_build, texts, texts.values(), names, repeat(tool)), strict=True))
+        except BaseException:  # Ctrl-C, or a failure: what the other threads compile is not waited for
+            STOP.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+        finally:
+            STOP.clear()
     return [built.get(path, path) for path in paths]
 
 
-def _build(library: Path, text: str, tool: Compiler) -> Path:
+def _build(library: Path, text: str, names: Sequence[str], tool: Compiler) -> Path:
     """Compile into the library's folder; into a temporary one where the disk is full. Returns where it ended up."""
     try:
-        return _build_in(library, text, tool)
+        return _build_in(library, text, names, tool)
     except OSError as error:
         folder = fallback_folder(f"{library.parent}: {error.strerror or error}")
-        return _build_in(folder / library.name, text, tool)
+        return _build_in(folder / library.name, text, names, tool)
 
 
-def _build_in(library: Path, text: str, tool: Compiler) -> Path:
+def _build_in(library: Path, text: str, names: Sequence[str], tool: Compiler) -> Path:
     def build(output: Path) -> None:
         logger.info("compiling %s ...", output.stem)
         source = output.with_suffix(".c")
         source.write_text(text)
-        tool.build(source, output)
+        tool.build(source, output, names=names)
 
     return kept(library, build)
 

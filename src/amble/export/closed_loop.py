@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from amble.gait.closed_loop import closed_loop
 from amble.hybrid import Domain, HybridSystem, Stance, constrained_dynamics
 from amble.names import identifier
 from amble.robot import Robot
+from amble.storage import workplace
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
 ARGUMENTS = ["t", "x", "p"]
@@ -92,9 +92,9 @@ def _domain(domain: Domain, controller: ca.Function, plant: ca.Function) -> Doma
 def _library(gait: Gait, law: AllocationLaw | None, tool: Compiler) -> Path:
     """Export, compile with an interface for casadi, and keep by content."""
     folder = writable_folder()
-    with tempfile.TemporaryDirectory(dir=folder, prefix="export-") as work:
-        exported = export_controller(gait, law, Path(work))
-        source = Path(work, "casadi_interface.c")
+    with workplace(folder) as work:
+        exported = export_controller(gait, law, work / "controller")
+        source = exported.folder / "casadi_interface.c"
         source.write_text(_interface(len(gait.pattern.stances)), encoding="utf-8")
         texts = [
             path.read_text(encoding="utf-8")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from amble import __version__
+from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.export.code import Code, c_code
@@ -15,10 +16,13 @@ from amble.export.tables import LATEST, tables
 from amble.export.text import filled, template
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
-from amble.storage import atomic_write
+from amble.storage import check_replaceable, replacing_folder
 
 PIVOT_SHARE = 1e-3
 """Rank counts as lost where the smallest pivot falls below this share of the smallest one along the gait."""
+
+FILES = ("amble_controller.h", "amble_controller.c", "replay.c", "CMakeLists.txt", "test_vectors.txt")
+"""Every file of the folder but the laws."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +46,19 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     """Write the controller of a gait as C99 without heap.
 
     The folder gets amble_controller.h and .c (state, phase clock, switching, rank monitor, saturation, fallback), one C
-    file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt.
+    file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt. It is replaced as a
+    whole, and files of two controllers do not compile together: each holds an id of the content of all.
 
     Args:
         gait: the gait; with feedback its stabilised outputs are used.
         law: another allocation law than the gait's.
-        folder: where to write; it is made where it does not exist.
+        folder: where to write; it is made where it does not exist, and may hold nothing but an earlier controller.
 
     Raises:
-        InputError: where a stance has no feet, or the folder cannot be written.
+        InputError: where a stance has no feet, or the folder cannot be written or holds other files.
         WorkError: where writing fails for another reason, or the generated code has an unknown form.
     """
+    check_replaceable(folder, _is_exported)
     chosen = law or gait.law
     for stance in gait.pattern.stances:
         if not stance.feet:
@@ -61,18 +67,40 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     codes = [
         c_code(law.function, f"Law of stance {law.stance.name}, feet {', '.join(law.stance.feet)}.") for law in laws
     ]
-    contents = {f"{code.name}.c": code.text for code in codes}
+    vectors = "".join(f"{vector.line()}\n" for vector in test_vectors(gait, laws))
     code, comments = _code(gait, laws, codes), _comments(gait, chosen)
-    for source, name in (("controller.h", "amble_controller.h"), ("controller.c", "amble_controller.c")):
-        contents[name] = filled(template(source), code, comments)
-    sources = [name for name in contents if name.endswith(".c")]
-    contents["replay.c"] = template("replay.c")
-    listed = {"SOURCES": " ".join(f"{code.name}.c" for code in codes)}
-    contents["CMakeLists.txt"] = filled(template("CMakeLists.txt"), listed)
-    contents["test_vectors.txt"] = "".join(f"{vector.line()}\n" for vector in test_vectors(gait, laws))
+    draft = _contents(codes, code, comments, vectors, "0")
+    contents = _contents(codes, code, comments, vectors, f"0x{content_key(draft.values())[:16]}ULL")
+    sources = [f"{code.name}.c" for code in codes] + ["amble_controller.c"]
+    with replacing_folder(folder, _is_exported) as fresh:
+        for name, text in contents.items():
+            (fresh / name).write_bytes(text.encode())
     place = Path(folder)
-    written = [atomic_write(place / name, text) for name, text in contents.items()]
-    return Exported(place, tuple(place / name for name in sources), tuple(written), tuple(laws))
+    return Exported(
+        place, tuple(place / name for name in sources), tuple(place / name for name in contents), tuple(laws)
+    )
+
+
+def _is_exported(name: str) -> bool:
+    """Whether an earlier export may have written a file of this name."""
+    return name in FILES or (name.startswith("amble_law_") and name.endswith(".c"))
+
+
+def _contents(
+    codes: list[Code], code: Mapping[str, str], comments: Mapping[str, str], vectors: str, content: str
+) -> dict[str, str]:
+    """File name -> text; every file that is compiled into the controller holds the content id and tests it."""
+    test = filled(template("same_export.c"), {"CONTENT": content})
+    inside = {**code, "CONTENT": content}
+    listed = {"SOURCES": " ".join(f"{code.name}.c" for code in codes)}
+    return {
+        **{f"{code.name}.c": code.text + test for code in codes},
+        "amble_controller.h": filled(template("controller.h"), inside, comments),
+        "amble_controller.c": filled(template("controller.c"), inside, comments) + test,
+        "replay.c": template("replay.c"),
+        "CMakeLists.txt": filled(template("CMakeLists.txt"), listed),
+        "test_vectors.txt": vectors,
+    }
 
 
 def _comments(gait: Gait, law: AllocationLaw) -> Mapping[str, str]:

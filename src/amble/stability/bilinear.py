@@ -1,10 +1,10 @@
 """The bilinear matrix inequality problem of orbital stabilisation, solved in the weights and W together.
 
-The problem (Akbari Hamed et al. 2014; docs/theory/stability.md, eq. 20 to 24): find weights theta, W > 0 and the least r with
-r^2 W - A(theta)^T W A(theta) > 0. It is bilinear in W and theta. With trace W bounded by c its best W for given weights
-solves a Lyapunov equation, and r is the smoothed spectral radius (``lyapunov``): W is eliminated, and a smooth function
-of the weights alone is left, with an exact gradient. No linear model in the weights and no semidefinite program is
-needed.
+The problem (Akbari Hamed et al. 2014; docs/theory/stability.md, eq. 20 to 24): find weights theta, W > 0 and the least
+r with r^2 W - A(theta)^T W A(theta) > 0. It is bilinear in W and theta. With trace W bounded by c its best W for given
+weights solves a Lyapunov equation, and r is the smoothed spectral radius (``lyapunov``): W is eliminated, and a smooth
+function of the weights alone is left, with an exact gradient. No linear model in the weights and no semidefinite
+program is needed.
 """
 
 from __future__ import annotations

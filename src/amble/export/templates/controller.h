@@ -12,6 +12,9 @@
 #ifndef AMBLE_CONTROLLER_H
 #define AMBLE_CONTROLLER_H
 
+/* Id of the content of this export; every C file of it holds the same one and tests that. */
+#define AMBLE_CONTENT @CONTENT@
+
 #define AMBLE_COORDINATES @COORDINATES@
 #define AMBLE_JOINTS @JOINT_COUNT@
 #define AMBLE_FEET @FOOT_COUNT@

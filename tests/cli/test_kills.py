@@ -1,0 +1,232 @@
+"""Commands that are killed at any moment leave old or complete new files, and no debris after the next run."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from amble.codegen import cache_folder, compiler
+from amble.simulation import load_trace
+from amble.types import Json
+
+pytestmark = pytest.mark.skipif(
+    compiler() is None or os.name != "posix", reason="signals, and a compiler for the libraries"
+)
+GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
+SENTENCE = {
+    signal.SIGINT: "interrupted; files that were complete before are as they were",
+    signal.SIGTERM: "terminated; files that were complete before are as they were",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command, what it writes, and whether a result is whole.
+
+    Attributes:
+        arguments: of amble; they end with the place of the result.
+        whole: reads a result; raises where it is not whole.
+    """
+
+    arguments: tuple[str, ...]
+    whole: Callable[[Path], object]
+
+
+def _controller(folder: Path) -> None:
+    """All files of one controller, by the law that their heads name."""
+    names = {path.name for path in folder.iterdir()}
+    assert names == {
+        *("amble_controller.h", "amble_controller.c", "replay.c", "CMakeLists.txt", "test_vectors.txt"),
+        *("amble_law_D1.c", "amble_law_D2.c"),
+    }
+    assert all(path.read_text().endswith("\n") for path in folder.iterdir())
+
+
+def _json(path: Path) -> Json:
+    import json
+
+    return json.loads(path.read_text())
+
+
+CASES = {
+    "export": Case(("export", str(GAIT), "--law", "pinv", "--out"), _controller),
+    "compare": Case(("compare", str(GAIT), "--law", "pinv", "--out"), _json),
+    "simulate": Case(("simulate", str(GAIT), "--cycles", "2", "--out"), load_trace),
+}
+
+
+def run(case: Case, folder: Path, cache: Path) -> subprocess.Popen[str]:
+    code = "import os, signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    code += "from amble.cli import main; print('ready', flush=True); main()"
+    environment = {**os.environ, "AMBLE_CACHE": str(cache), "OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *case.arguments, "result"],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def finish(case: Case, folder: Path, cache: Path) -> float:
+    """Run to the end and return the seconds it took."""
+    started = time.monotonic()
+    process = run(case, folder, cache)
+    _, messages = process.communicate(timeout=300)
+    assert process.returncode == 0, messages
+    return time.monotonic() - started
+
+
+def snapshot(path: Path) -> dict[str, bytes]:
+    """Content of a file or folder."""
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    return {file.name: file.read_bytes() for file in files}
+
+
+def kill(case: Case, folder: Path, cache: Path, delay: float, number: signal.Signals) -> None:
+    """Kill one run after a delay and look at its end and at the result."""
+    before = snapshot(folder / "result")
+    process = run(case, folder, cache)
+    assert process.stdout is not None
+    process.stdout.readline()  # Python itself is up; before that nobody could say anything
+    time.sleep(delay)
+    process.send_signal(number)
+    _, messages = process.communicate(timeout=300)
+    case.whole(folder / "result")
+    if process.returncode == 0:  # it was faster
+        return
+    assert "Traceback" not in messages, messages
+    if number == signal.SIGKILL:
+        assert process.returncode == -signal.SIGKILL
+        return
+    if snapshot(folder / "result") == before:
+        assert process.returncode == 128 + number, messages
+    assert messages.splitlines()[-1] == SENTENCE[number]
+    assert not [line for line in messages.splitlines()[:-1] if not line.endswith("...")], messages
+    assert not debris(folder), "it could clean up, and did not"
+
+
+def debris(*folders: Path) -> list[Path]:
+    return [path for folder in folders for path in folder.iterdir() if path.name.startswith(".")]
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache of its own: what the session has compiled, copied."""
+    cache = tmp_path_factory.mktemp("warm") / "cache"
+    if cache_folder().is_dir():
+        shutil.copytree(cache_folder(), cache, ignore=shutil.ignore_patterns(".amble-*"))
+    cache.mkdir(exist_ok=True)
+    cache.chmod(0o700)
+    return cache
+
+
+def kill_often(name: str, folder: Path, cache: Path, kills: int, seed: int) -> None:
+    case, chance = CASES[name], random.Random(f"{name} {seed}")
+    finish(case, folder, cache)
+    duration = finish(case, folder, cache)
+    for index in range(kills):
+        number = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)[index % 3]
+        kill(case, folder, cache, chance.uniform(0.0, duration), number)
+    finish(case, folder, cache)
+    assert sorted(os.listdir(folder)) == ["result"]
+    assert not debris(cache)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_some_kills(name: str, tmp_path: Path, warm: Path) -> None:
+    kill_often(name, tmp_path, warm, kills=9, seed=0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_many_kills(name: str, tmp_path: Path, warm: Path) -> None:
+    kill_often(name, tmp_path, warm, kills=67, seed=1)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_kill_while_the_compiler_works(number: signal.Signals, tmp_path: Path) -> None:
+    cache, folder = tmp_path / "cache", tmp_path / "work"
+    folder.mkdir()
+    process = run(CASES["simulate"], folder, cache)
+    assert process.stderr is not None
+    while "compiling" not in (line := process.stderr.readline()):
+        assert line, "it ended without compiling"
+    time.sleep(0.5)
+    process.send_signal(number)
+    started = time.monotonic()
+    messages = process.communicate(timeout=60)[1].splitlines()
+    assert time.monotonic() - started < 10  # what is being compiled is not waited for
+    assert not list(folder.iterdir())
+    if number == signal.SIGKILL:
+        assert debris(cache)
+        from_next_run = "from amble.codegen.cache import writable_folder as w; w()"
+        subprocess.run([sys.executable, "-c", from_next_run], env={**os.environ, "AMBLE_CACHE": str(cache)}, check=True)
+    else:
+        assert process.returncode == 128 + number
+        assert messages[-1] == SENTENCE[number]
+    assert not debris(cache)
+
+
+IMPORT = """
+import sys, signal, os
+
+class Finder:
+    # raises the signal at the n-th import after the program has begun
+    def __init__(self): self.left, self.number = int(sys.argv.pop(1)), int(sys.argv.pop(1))
+    def find_spec(self, *_):
+        self.left -= 1
+        if self.left == 0: os.kill(os.getpid(), self.number)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+import amble.cli
+sys.meta_path.insert(0, Finder())
+amble.cli.main()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("at", [1, 20, 100, 200, 300, 500])
+def test_a_signal_during_imports_is_one_sentence(at: int, number: signal.Signals, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORT, str(at), str(int(number)), "compare", str(GAIT), "--out", "x.json"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    said = done.stderr.splitlines()
+    assert (done.returncode, said[-1]) == (128 + number, SENTENCE[number])
+    assert set(said[:-1]) <= {"comparing ..."}
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interruption_that_a_destructor_swallows_is_raised_again() -> None:
+    code = """
+import os, signal, time
+from amble.cli.signals import Endings
+
+class Swallows:
+    def __del__(self): os.kill(os.getpid(), signal.SIGTERM); time.sleep(0.01)
+
+def work():
+    held = Swallows()
+    del held
+    time.sleep(20)
+
+with Endings(own_process=True) as endings:
+    raise SystemExit(endings.ending(work))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=15)
+    assert (done.returncode, done.stderr) == (143, f"{SENTENCE[signal.SIGTERM]}\n")
