@@ -33,9 +33,9 @@ def main() -> None:
         f"{'zeroed joints':>14} {'from pinv (N m)':>16} {'call (us)':>10}"
     )
     reference: NodeValues | None = None
-    for name, (choose, zeroed) in _rules(gait).items():
+    for name, (allocate, zeroed) in _rules(gait).items():
         began = time.perf_counter()
-        torques = np.array([choose(t, x) for t, x in zip(clock, states, strict=True)])
+        torques = np.array([allocate(t, x) for t, x in zip(clock, states, strict=True)])
         microseconds = 1e6 * (time.perf_counter() - began) / len(clock)
         reference = torques if reference is None else reference
         step, coarse = (float(np.abs(np.diff(torques[::every], axis=0)).max()) for every in (1, 2))

@@ -1,4 +1,4 @@
-"""How others choose the torques: a basic solution by pivoting, and a whole-body quadratic program."""
+"""How others allocate the torques: a basic solution by pivoting, and a whole-body quadratic program."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ import proxsuite
 import quadprog
 from scipy import linalg
 
-from amble.control.feedforward import Feedforward, required_output_acceleration
 from amble.control.outputs import selection_matrix
+from amble.control.virtual_constraints import VirtualConstraints, commanded_acceleration
 from amble.gait import Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.gait.files import load_gait
@@ -81,8 +81,8 @@ class Task:
     def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
         t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * self.robot.size)
         q, v = x[: self.robot.size], x[self.robot.size :]
-        symbols = Feedforward.symbols(len(self.weights), self.robot.size - 3, REFERENCE_ORDER)
-        wanted = required_output_acceleration(q, v, t, symbols)
+        symbols = VirtualConstraints.symbols(len(self.weights), self.robot.size - 3, REFERENCE_ORDER)
+        wanted = commanded_acceleration(q, v, t, symbols)
         values = ca.substitute(wanted, symbols.packed(), ca.SX(ca.DM(self.parameters)))
         return t, x, q, v, values
 

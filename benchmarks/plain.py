@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from amble.synthesis.assembly import Block
-from amble.synthesis.guess import walking
+from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, _blocks, build_program
 
@@ -31,7 +31,7 @@ class Plain:
 def solve_plainly(problem: GaitProblem, tolerance: float, most_seconds: float) -> Plain:
     """Build and solve a gait problem; gives up after a wall time."""
     program = build_program(problem)  # for rows and bounds; its time does not count
-    start = walking(problem, program.layout)
+    start = initial_guess(problem, program.layout)
     began = time.perf_counter()
     nlp = _nlp(program, _blocks(problem, program.layout))
     options = {"print_level": 0, "sb": "yes", "tol": tolerance, "max_iter": 3000, "max_wall_time": most_seconds}

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from amble.storage import atomic_write
+from amble.io.storage import atomic_write
 from benchmarks.figures import Figure
 
 FOLDER = Path(__file__).parents[1] / "build" / "benchmarks"

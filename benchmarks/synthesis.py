@@ -17,7 +17,7 @@ from amble.gait import Gait
 from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 from amble.synthesis import GaitProblem, gait_problem, synthesize
-from amble.synthesis.guess import walking
+from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import build_program
 from amble.synthesis.solve import solve
 from benchmarks.figures import Figure, show, timed
@@ -90,7 +90,7 @@ def _per_iteration() -> list[Figure]:
     for intervals in MESHES:
         problem = paper_problem(intervals=intervals)
         program = build_program(problem)
-        start = walking(problem, program.layout) / program.layout.scale
+        start = initial_guess(problem, program.layout) / program.layout.scale
         seconds = []
         for _ in range(3):
             began = time.perf_counter()

@@ -28,7 +28,7 @@ def rimless_wheel(spokes: int = SPOKES, slope: float = SLOPE) -> HybridSystem:
     half = np.pi / spokes
     fall = ca.vertcat(rate, GRAVITY_OVER_LENGTH * ca.sin(angle))
     forward = rate  # a wheel that rolls back never lands its next spoke: the motion has ended
-    stance = Domain.from_expressions("stance", state, fall, alive=forward)
+    stance = Domain.from_expressions("stance", state, fall, admissibility=forward)
     after = ca.vertcat(slope - half, ca.cos(2 * half) * rate)
     landing = Transition.from_expressions("stance", "stance", state, angle - (slope + half), after, direction=+1)
     return HybridSystem([stance], [landing], state_names=("angle", "rate"))

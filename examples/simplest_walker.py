@@ -29,11 +29,11 @@ def simplest_walker(slope: float = SLOPE) -> HybridSystem:
     swing = Domain.from_expressions("swing", state, ca.vertcat(theta_rate, phi_rate, pull, swinging))
 
     # Heel strike where phi - 2 theta passes 0 upwards. It is 0 just after the last strike too, where a guard does not
-    # fire, and passes 0 downwards at mid-stance, where straight legs scuff: the model lets them through. `earliest`
+    # fire, and passes 0 downwards at mid-stance, where straight legs scuff: the model lets them through. `dead_time`
     # keeps the first of the three quiet from perturbed starts as well.
     c = ca.cos(2 * theta)
     after = ca.vertcat(-theta, -2 * theta, c * theta_rate, c * (1 - c) * theta_rate)
-    strike = Transition.from_expressions("swing", "swing", state, phi - 2 * theta, after, direction=+1, earliest=0.1)
+    strike = Transition.from_expressions("swing", "swing", state, phi - 2 * theta, after, direction=+1, dead_time=0.1)
     return HybridSystem([swing], [strike], state_names=("theta", "phi", "theta_rate", "phi_rate"))
 
 

@@ -16,14 +16,16 @@ def bouncing_ball(restitution: float = 0.8, floor: float | None = None) -> Hybri
     height, velocity = ca.vertsplit(state)
     rate = ca.vertcat(velocity, -GRAVITY)
     energy = velocity**2 / 2 + GRAVITY * height
-    alive = None if floor is None else energy - floor**2 / 2
-    flight = Domain.from_expressions("flight", state, rate, signals={"energy": energy, "pair": 2 * state}, alive=alive)
+    admissibility = None if floor is None else energy - floor**2 / 2
+    flight = Domain.from_expressions(
+        "flight", state, rate, signals={"energy": energy, "pair": 2 * state}, admissibility=admissibility
+    )
     bounce = Transition.from_expressions("flight", "flight", state, height, ca.vertcat(0, -restitution * velocity))
     return HybridSystem([flight], [bounce], state_names=("height", "velocity"))
 
 
 def clockwork(*guards: tuple[str, int, float]) -> HybridSystem:
-    """x = clock. Every guard (kind, direction, earliest) leads to a domain of its own, from where the first follows.
+    """x = clock. Every guard (kind, direction, dead_time) leads to a domain of its own, from where the first follows.
 
     Kinds: "sine" is sin(x), "line" is x - 1, "nan" is not a number after x = 0.5.
     """
@@ -31,11 +33,11 @@ def clockwork(*guards: tuple[str, int, float]) -> HybridSystem:
     kinds = {"sine": ca.sin(x), "line": x - 1, "nan": ca.sqrt(0.5 - x) + 1}
     domains = [Domain.from_expressions("first", x, ca.SX(1))]
     transitions = []
-    for number, (kind, direction, earliest) in enumerate(guards):
+    for number, (kind, direction, dead_time) in enumerate(guards):
         name = f"{kind}{number}"
         domains.append(Domain.from_expressions(name, x, ca.SX(1)))
         transitions += [
-            Transition.from_expressions("first", name, x, kinds[kind], x, direction, earliest=earliest),
+            Transition.from_expressions("first", name, x, kinds[kind], x, direction, dead_time=dead_time),
             Transition.from_expressions(name, "first", x, x - 100, x * 0, +1),
         ]
     return HybridSystem(domains, transitions)

@@ -16,8 +16,8 @@ import pytest
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.files import gait_tree, load_gait, save_gait
-from amble.gait.tree import dumps
 from amble.hybrid import Domain, GaitPattern, Stance, Transition
+from amble.io.codec import dumps
 from amble.names import LONGEST, check_distinct, check_name, identifier
 from amble.robot import Robot, load_robot
 from amble.robot.model import BASE_COORDINATES

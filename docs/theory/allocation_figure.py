@@ -10,6 +10,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from amble.analysis import samples_of_gait
+from amble.analysis.allocation import law_torques
 from amble.control import (
     AllocationLaw,
     BoundedMinimumNorm,
@@ -21,8 +23,6 @@ from amble.control import (
 )
 from amble.gait import Gait
 from amble.gait.files import load_gait
-from amble.metrics import samples_of_gait
-from amble.metrics.allocation import law_torques
 from amble.report.figures.style import LAW_COLOURS, LAW_STYLES, PAGE, panels, paper_style
 from amble.robot import kinematics
 

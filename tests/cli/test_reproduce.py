@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from amble.gait.files import load_gait
-from amble.report.certification import content_hash
 from amble.simulation import load_trace
+from amble.stability.gait_certificate import content_hash
 from tests.cli.run import exit_code
 
 METRICS = ("cot", "peak_torque", "rms_torque")

@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw, DropActuator, PseudoInverse
-from amble.control.feedforward import Feedforward, pack
 from amble.control.linearisation import Linearised, linearise
 from amble.control.outputs import joint_outputs, selection_matrix
+from amble.control.virtual_constraints import VirtualConstraints, pack
 from amble.hybrid import Stance
 from amble.hybrid.gaits import amble
 from amble.robot import Robot
@@ -28,28 +28,30 @@ LAWS: dict[str, AllocationLaw] = {
 
 @dataclass(frozen=True)
 class Symbols:
-    """Arguments of a loop: q, v, t and the feedforward."""
+    """Arguments of a loop: q, v, t and the constraints."""
 
     q: ca.SX
     v: ca.SX
     t: ca.SX
-    feedforward: Feedforward
+    constraints: VirtualConstraints
 
     @property
     def arguments(self) -> list[ca.SX]:
         """As a function takes them."""
-        return [self.q, self.v, self.t, self.feedforward.packed()]
+        return [self.q, self.v, self.t, self.constraints.packed()]
 
 
 def symbols(of: Robot, outputs: int = 11, order: int = ORDER) -> Symbols:
     n = of.size
-    return Symbols(ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("t"), Feedforward.symbols(outputs, n - 3, order))
+    return Symbols(
+        ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("t"), VirtualConstraints.symbols(outputs, n - 3, order)
+    )
 
 
 def expressions(feet: tuple[str, ...], law: str, outputs: int = 11) -> tuple[Symbols, Linearised]:
     """The closed loop of astro on some feet."""
     at = symbols(robot("astro"), outputs)
-    return at, linearise(robot("astro"), feet, LAWS[law], at.q, at.v, at.t, at.feedforward)
+    return at, linearise(robot("astro"), feet, LAWS[law], at.q, at.v, at.t, at.constraints)
 
 
 @lru_cache(maxsize=8)
@@ -61,7 +63,7 @@ def loop(feet: tuple[str, ...], law: str, outputs: int = 11) -> ca.Function:
         linearised.torques,
         linearised.forces,
         linearised.equations.pivots,
-        linearised.redundancy.null,
+        linearised.redundancy.torque_basis,
     ]
     return ca.Function("loop", at.arguments, [ca.densify(part) for part in parts])
 
@@ -77,7 +79,7 @@ def weights(stance: Stance) -> Matrix:
 
 @dataclass(frozen=True)
 class Sample:
-    """A state with a clock and the numbers of a feedforward."""
+    """A state with a clock and the numbers of a constraints."""
 
     q: Vector
     v: Vector

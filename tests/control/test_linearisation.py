@@ -7,7 +7,7 @@ import pytest
 
 from amble.errors import InputError
 from amble.hybrid import Stance
-from amble.maths.bezier import evaluate
+from amble.numerics.bezier import evaluate
 from amble.types import Matrix, Vector
 from tests.control.loops import Sample, expressions, loop, samples, solved_stances, weights
 from tests.oracle import oracle
@@ -27,10 +27,10 @@ def stance(request: pytest.FixtureRequest) -> Stance:
 
 def run(stance: Stance, law: str, sample: Sample, chosen: Matrix) -> tuple[Vector, ...]:
     """Acceleration, torques, forces, pivots, null torques."""
-    return tuple(np.asarray(part).squeeze() for part in loop(stance.feet, law)(*sample.arguments(chosen)))
+    return tuple(np.asarray(part).force_basis() for part in loop(stance.feet, law)(*sample.arguments(chosen)))
 
 
-def wanted(sample: Sample) -> Vector:
+def commanded(sample: Sample) -> Vector:
     """y_a'' of the output dynamics, written out."""
     value, rate, second = (part[0] for part in evaluate(sample.references, np.array([sample.t / sample.duration])))
     kp, kd = sample.gains
@@ -62,7 +62,7 @@ def test_torques_are_those_of_numpys_pseudo_inverse(stance: Stance) -> None:
         for H in (chosen, mixed):
             assert H is not None
             free, inputs = affine_motion(stance.feet, sample)
-            A, r = H @ inputs[3:], H @ (wanted(sample) - free[3:])
+            A, r = H @ inputs[3:], H @ (commanded(sample) - free[3:])
             expected = np.linalg.pinv(A) @ r
             acceleration, torques, *_ = run(stance, "pinv", sample, H)
             rounding = 1e-13 * np.linalg.cond(A)  # condition times the rounding of both sides
@@ -83,7 +83,7 @@ def test_any_number_of_feet_moves_as_the_pseudo_inverse_does(feet: tuple[str, ..
         size = sample.q.size
         H = random.normal(size=(outputs, size - 3))
         free, inputs = affine_response(feet, sample)
-        A, r = H @ inputs[3:size], H @ (wanted(sample) - free[3:size])
+        A, r = H @ inputs[3:size], H @ (commanded(sample) - free[3:size])
         expected = np.linalg.pinv(A, rcond=1e-12) @ r
         acceleration, torques, forces, *_ = (np.asarray(part).ravel() for part in function(*sample.arguments(H)))
         rounding = 1e-13 * np.linalg.cond(A)
@@ -105,7 +105,7 @@ def test_the_output_dynamics_hold_and_so_do_the_equations_of_motion(stance: Stan
     for sample, _ in samples(STATES, seed=2):
         acceleration, torques, forces, _, _ = run(stance, "drop", sample, chosen)
         scale = np.abs(acceleration).max()
-        np.testing.assert_allclose(chosen @ (acceleration[3:] - wanted(sample)), 0.0, atol=TOLERANCE * scale)
+        np.testing.assert_allclose(chosen @ (acceleration[3:] - commanded(sample)), 0.0, atol=TOLERANCE * scale)
         jacobian = theirs.jacobian(sample.q)[rows]
         balance = theirs.inverse_dynamics(sample.q, sample.v, acceleration) - jacobian.T @ forces
         balance[6:] -= torques
@@ -128,7 +128,7 @@ def test_laws_differ_in_torque_but_not_in_motion(stance: Stance) -> None:
         difference = torques - smallest
         along = null * (null @ difference) / (null @ null)
         np.testing.assert_allclose(difference, along, atol=TOLERANCE * np.abs(torques).max())
-        # the force difference is a squeeze along the line between the feet: no net force
+        # the force difference is a force_basis along the line between the feet: no net force
         net = (other_forces - forces).reshape(-1, 3).sum(axis=0)
         np.testing.assert_allclose(net, 0.0, atol=TOLERANCE * np.abs(other_forces).max())
 

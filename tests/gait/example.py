@@ -7,7 +7,7 @@ import numpy as np
 from amble.control import Outputs
 from amble.control.allocation import AllocationLaw, PseudoInverse
 from amble.control.outputs import joint_outputs
-from amble.gait import DomainTrajectory, Feedback, Gait, Limits, Multipliers, SolverReport
+from amble.gait import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, Limits, SolverReport
 from amble.hybrid import GaitPattern, Stance
 from amble.hybrid.gaits import amble
 from amble.robot import catalogue
@@ -33,7 +33,9 @@ def random_gait(seed: int = 0, law: AllocationLaw | None = None, stabilised: boo
         solver=SolverReport("ipopt", "Solve_Succeeded", 39, 5.6, 4588, 4523, 1.2e-9, 61.25),
         feedback=_feedback(random, pattern, outputs) if stabilised else None,
         versions={"amble": "0.1.0", "casadi": "3.8.2"},
-        multipliers=Multipliers(frozen(random.normal(size=4588)), frozen(random.normal(size=4523))) if seed else None,
+        multipliers=LagrangeMultipliers(frozen(random.normal(size=4588)), frozen(random.normal(size=4523)))
+        if seed
+        else None,
     )
 
 

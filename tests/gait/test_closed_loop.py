@@ -10,12 +10,12 @@ import pytest
 
 from amble.control.outputs import selection_matrix
 from amble.gait import Gait
-from amble.gait.checks.closed_loop import OutputDynamics
-from amble.gait.checks.stance_model import allocated, terms
 from amble.gait.closed_loop import closed_loop, loop_parameters, start_state
 from amble.hybrid import Domain, HybridSystem
 from amble.simulation import simulate
 from amble.types import Matrix, Vector
+from amble.verification.output_dynamics import OutputDynamics
+from amble.verification.stance_model import allocated, terms
 
 
 @pytest.fixture(scope="module")
@@ -165,9 +165,9 @@ def test_a_stabilised_gait_starts_at_its_own_fixed_point(stabilised_gait: Gait) 
     packed = loop_parameters(stabilised_gait, "D1")
     assert packed[0] == feedback.durations["D1"]
     assert tuple(packed[1:3]) == stabilised_gait.gains
-    unseen = packed[-4 * 15 :].reshape((15, 4), order="F")
-    assert np.linalg.matrix_rank(unseen) == 4
-    np.testing.assert_allclose(feedback.weights["D1"] @ unseen, 0.0, atol=1e-12)  # rounding of weights of order 1
+    null_space = packed[-4 * 15 :].reshape((15, 4), order="F")
+    assert np.linalg.matrix_rank(null_space) == 4
+    np.testing.assert_allclose(feedback.weights["D1"] @ null_space, 0.0, atol=1e-12)  # rounding of weights of order 1
     trace = simulate(closed_loop(stabilised_gait, half=True), feedback.start, 1, 1e-11)
     advance = trace.section[1] - feedback.start
     # x advances and y is free; the fixed point was found at a tolerance of 1e-10

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from amble.errors import InputError, UnknownNameError
-from amble.gait.tree import Reader, dumps, loads, quantity, table
+from amble.io.codec import Reader, dumps, loads, quantity, table
 from amble.types import Matrix
 
 few = settings(derandomize=True, max_examples=60, deadline=None, database=None)

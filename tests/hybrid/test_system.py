@@ -19,7 +19,7 @@ x = ca.SX.sym("x", 2)
 
 def domain(name: str, size: int = 2) -> Domain:
     state = ca.SX.sym("x", size)
-    return Domain.from_expressions(name, state, -state, signals={"first": state[0]}, alive=state[0])
+    return Domain.from_expressions(name, state, -state, signals={"first": state[0]}, admissibility=state[0])
 
 
 def transition(source: str, target: str) -> Transition:
@@ -45,9 +45,9 @@ def test_expressions_become_functions_of_clock_state_and_parameters() -> None:
     assert built.field.name_in() == ["t", "x", "p"]
     np.testing.assert_array_equal(numeric(built.field(3.0, [1.0, 2.0], [])), [2.0, 3.0])
     assert built.signals is not None
-    assert built.alive is not None
+    assert built.admissibility is not None
     assert float(built.signals(0.0, [1.0, 2.0], [])) == 3.0
-    assert float(built.alive(0.0, [1.0, 2.0], [])) == 0.0
+    assert float(built.admissibility(0.0, [1.0, 2.0], [])) == 0.0
     assert Domain.from_expressions("plain", x, x).signals is None
 
 
@@ -79,8 +79,8 @@ FAULTS: list[tuple[Callable[[], HybridSystem], str]] = [
     (lambda: HybridSystem([domain("a")], [transition("a", "b")]), "unknown domain 'b'; known: a"),
     (lambda: HybridSystem([domain("a")], [*AROUND, transition("b", "a")]), "unknown domain 'b'; known: a"),
     (lambda: HybridSystem([domain("a")], [replace(AROUND[0], direction=0)]), "is 0; known: -1, \\+1"),
-    (lambda: HybridSystem([domain("a")], [replace(AROUND[0], earliest=-0.1)]), "below 0"),
-    (lambda: HybridSystem([domain("a")], [replace(AROUND[0], earliest=float("nan"))]), "below 0"),
+    (lambda: HybridSystem([domain("a")], [replace(AROUND[0], dead_time=-0.1)]), "below 0"),
+    (lambda: HybridSystem([domain("a")], [replace(AROUND[0], dead_time=float("nan"))]), "below 0"),
     (lambda: HybridSystem([domain("a", 3)], AROUND), "maps 2 states to 1 values, not 3 to 1"),
     (lambda: HybridSystem([domain("a"), domain("b", 3)], AROUND), "field of domain 'b' maps 3 states"),
     (lambda: HybridSystem([replace(domain("a"), parameters=frozen([1.0]))], AROUND), "has 1 parameters, not 0"),
@@ -101,7 +101,7 @@ FAULTS: list[tuple[Callable[[], HybridSystem], str]] = [
         "jacobian of domain 'a' takes 3 states, not 2",
     ),
     (
-        lambda: HybridSystem([replace(domain("a"), alive=domain("a").field)], AROUND),
+        lambda: HybridSystem([replace(domain("a"), admissibility=domain("a").field)], AROUND),
         "margin of domain 'a' maps 2 states to 2 values",
     ),
     (

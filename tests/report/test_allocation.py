@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from amble.analysis import Samples, samples_of_gait
+from amble.analysis.allocation import LawMetrics, law_torques
 from amble.control import BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
 from amble.control.actuator import actuator
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.metrics import Samples, samples_of_gait
-from amble.metrics.allocation import LawMetrics, law_torques
 from amble.report.allocation import (
     allocation_figure,
     allocation_results,
@@ -114,7 +114,7 @@ def test_laws_of_one_name_are_told_apart() -> None:
 
 
 def test_no_law_is_an_error(stabilised_gait: Gait, samples: Samples) -> None:
-    from amble.metrics.allocation import AllocationLimits, allocation_metrics
+    from amble.analysis.allocation import AllocationLimits, allocation_metrics
 
     del stabilised_gait
     with pytest.raises(InputError, match="no allocation law"):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from matplotlib.lines import Line2D
 
+from amble.analysis import Motion, Samples, samples_of_gait, samples_of_trace
 from amble.errors import InputError, UnknownNameError
-from amble.metrics import Motion, Samples, samples_of_gait, samples_of_trace
 from amble.report.figures import (
     base_portraits,
     cycle_portraits,

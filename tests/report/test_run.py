@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from amble.analysis import ContactBounds, compare, contact_report, samples_of_gait, samples_of_trace
 from amble.control import PseudoInverse
 from amble.control.actuator import ACTUATORS
-from amble.metrics import ContactBounds, compare, contact_report, samples_of_gait, samples_of_trace
 from amble.report.run import Run, Stability, main_table, run_results, write_run
 from tests.synthetic import SPEED, amble_pattern, synthetic_gait, synthetic_limits, synthetic_trace
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from amble.analysis import Comparison, ContactBounds, compare, contact_report, samples_of_gait
 from amble.control.actuator import ACTUATORS
 from amble.errors import InputError, UnknownNameError
-from amble.metrics import Comparison, ContactBounds, compare, contact_report, samples_of_gait
 from amble.report import Table, contact_rows, contact_summary, law_table, paper_table, solver_table
 from amble.report.page import FigureFile, Page, page_text
 from amble.report.paper_table import PAPER_REDUCTION, PAPER_ROWS, WHY_DIFFERENT

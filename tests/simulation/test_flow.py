@@ -14,27 +14,27 @@ from amble.codegen.compiler import compiler
 from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.simulation import flow, interpreted, native
-from amble.simulation.flow import Course, Flow, Passage
+from amble.simulation.flow import Arc, Flow, FlowDefinition
 from amble.simulation.simulate import simulate
 from tests.hybrids import GRAVITY, blow_up, bouncing_ball, clockwork, two_phases
 
 Preparation = Callable[[HybridSystem, str], Flow]
 
 
-def course(system: HybridSystem, name: str) -> Course:
+def definition(system: HybridSystem, name: str) -> FlowDefinition:
     domain = system.domain(name)
-    watched = flow.watched_functions(domain, system.leaving(name))
-    return Course(domain.field, domain.parameters, watched, domain.alive is not None, domain.kinks)
+    events = flow.event_functions(domain, system.leaving(name))
+    return FlowDefinition(domain.field, domain.parameters, events, domain.admissibility is not None, domain.breakpoints)
 
 
 def in_native_code(system: HybridSystem, name: str) -> Flow:
-    prepared = native.prepare(course(system, name))
+    prepared = native.prepare(definition(system, name))
     assert prepared is not None
     return prepared
 
 
 def with_scipy(system: HybridSystem, name: str) -> Flow:
-    return interpreted.prepare(course(system, name))
+    return interpreted.prepare(definition(system, name))
 
 
 WAYS = [
@@ -43,18 +43,18 @@ WAYS = [
 ]
 
 
-def run(prepare: Preparation, system: HybridSystem, start: list[float], longest: float = 20.0) -> Passage:
-    return prepare(system, system.domains[0].name)(np.array(start), 1e-10, longest, 5)
+def run(prepare: Preparation, system: HybridSystem, start: list[float], time_limit: float = 20.0) -> Arc:
+    return prepare(system, system.domains[0].name)(np.array(start), 1e-10, time_limit, 5)
 
 
 @pytest.mark.parametrize("prepare", WAYS)
 @pytest.mark.parametrize("height", [0.0, 1e-17, -1e-17, -1e-6])
 def test_a_foot_that_has_just_lifted_lands_where_it_should(prepare: Preparation, height: float) -> None:
-    passage = run(prepare, bouncing_ball(), [height, 2.0])
+    arc = run(prepare, bouncing_ball(), [height, 2.0])
     landing = (2.0 + np.sqrt(4.0 + 2 * GRAVITY * height)) / GRAVITY
-    assert passage.fired == 0
-    assert passage.clock[-1] == pytest.approx(landing, abs=1e-12)  # polynomial motion: only roundoff remains
-    assert passage.state[-1, 0] == pytest.approx(0.0, abs=1e-14)
+    assert arc.fired == 0
+    assert arc.clock[-1] == pytest.approx(landing, abs=1e-12)  # polynomial motion: only roundoff remains
+    assert arc.state[-1, 0] == pytest.approx(0.0, abs=1e-14)
 
 
 @pytest.mark.parametrize("prepare", WAYS)
@@ -74,33 +74,33 @@ def test_a_foot_that_has_just_lifted_lands_where_it_should(prepare: Preparation,
 def test_a_guard_fires_where_it_crosses(
     prepare: Preparation, guard: tuple[str, int, float], start: float, expected: float
 ) -> None:
-    passage = run(prepare, clockwork(guard), [start])
-    assert passage.fired == 0
-    assert passage.state[-1, 0] == pytest.approx(expected, abs=1e-11)  # events are located to 1e-10 s at least
+    arc = run(prepare, clockwork(guard), [start])
+    assert arc.fired == 0
+    assert arc.state[-1, 0] == pytest.approx(expected, abs=1e-11)  # events are located to 1e-10 s at least
 
 
 @pytest.mark.parametrize("prepare", WAYS)
 def test_the_first_of_several_guards_fires(prepare: Preparation) -> None:
-    passage = run(prepare, clockwork(("sine", -1, 0.0), ("line", +1, 0.0)), [0.0])
-    assert passage.fired == 1
-    assert passage.clock[-1] == pytest.approx(1.0, abs=1e-12)
+    arc = run(prepare, clockwork(("sine", -1, 0.0), ("line", +1, 0.0)), [0.0])
+    assert arc.fired == 1
+    assert arc.clock[-1] == pytest.approx(1.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("prepare", WAYS)
 def test_a_guard_that_is_never_reached_ends_the_passage(prepare: Preparation) -> None:
-    passage = run(prepare, clockwork(("line", -1, 0.0)), [0.0], longest=3.0)
-    assert (passage.fired, passage.ended) == (None, flow.TOO_LONG)
-    assert passage.clock[-1] == 3.0
-    assert passage.state[:, 0] == pytest.approx(passage.clock, abs=1e-13)
+    arc = run(prepare, clockwork(("line", -1, 0.0)), [0.0], time_limit=3.0)
+    assert (arc.fired, arc.ended) == (None, flow.TOO_LONG)
+    assert arc.clock[-1] == 3.0
+    assert arc.state[:, 0] == pytest.approx(arc.clock, abs=1e-13)
 
 
 @pytest.mark.parametrize("prepare", WAYS)
 def test_a_motion_that_grows_without_bound_ends_with_a_reason(prepare: Preparation) -> None:
-    passage = run(prepare, blow_up(), [1.0])
-    assert passage.fired is None
-    assert passage.ended == flow.STUCK
-    assert passage.clock[-1] == pytest.approx(1.0, abs=1e-6)
-    assert np.all(np.isfinite(passage.state))
+    arc = run(prepare, blow_up(), [1.0])
+    assert arc.fired is None
+    assert arc.ended == flow.STUCK
+    assert arc.clock[-1] == pytest.approx(1.0, abs=1e-6)
+    assert np.all(np.isfinite(arc.state))
 
 
 @pytest.mark.parametrize("prepare", WAYS)
@@ -110,10 +110,10 @@ def test_a_motion_too_stiff_to_follow_ends_with_a_reason(prepare: Preparation, m
     x = ca.SX.sym("x", 1)
     domain = Domain.from_expressions("stiff", x, -1e7 * x)
     system = HybridSystem([domain], [Transition.from_expressions("stiff", "stiff", x, x + 1, x)])
-    passage = run(prepare, system, [1.0])
-    assert (passage.fired, passage.ended) == (None, flow.STUCK)
-    assert passage.steps <= flow.MOST_STEPS
-    assert 0.0 < passage.clock[-1] < 0.1
+    arc = run(prepare, system, [1.0])
+    assert (arc.fired, arc.ended) == (None, flow.STUCK)
+    assert arc.steps <= flow.MOST_STEPS
+    assert 0.0 < arc.clock[-1] < 0.1
 
 
 @pytest.mark.parametrize("prepare", WAYS)
@@ -132,11 +132,11 @@ def test_a_field_that_is_not_a_number_ends_the_passage(prepare: Preparation) -> 
 @pytest.mark.parametrize("prepare", WAYS)
 def test_a_fall_is_told_from_a_transition(prepare: Preparation) -> None:
     x = ca.SX.sym("x", 1)
-    domain = Domain.from_expressions("fading", x, -x, alive=x - 0.5)
+    domain = Domain.from_expressions("fading", x, -x, admissibility=x - 0.5)
     system = HybridSystem([domain], [Transition.from_expressions("fading", "fading", x, x - 0.25, x)])
-    passage = run(prepare, system, [1.0])
-    assert (passage.fired, passage.ended) == (None, flow.FELL)
-    assert passage.clock[-1] == pytest.approx(np.log(2), abs=1e-9)  # tolerance 1e-10
+    arc = run(prepare, system, [1.0])
+    assert (arc.fired, arc.ended) == (None, flow.LEFT_DOMAIN)
+    assert arc.clock[-1] == pytest.approx(np.log(2), abs=1e-9)  # tolerance 1e-10
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
@@ -161,10 +161,10 @@ def test_the_error_follows_the_tolerance(prepare: Preparation) -> None:
     tolerances = np.logspace(-5, -11, 7)
     errors, steps = [], []
     for tolerance in tolerances:
-        passage = prepare(system, "swing")(np.array([1.0, 0.0]), tolerance, 20.0, 20)
-        exact = np.column_stack([np.cos(passage.clock), -np.sin(passage.clock)])
-        errors.append(max(np.abs(passage.state - exact).max(), abs(passage.clock[-1] - np.pi)))
-        steps.append(passage.steps)
+        arc = prepare(system, "swing")(np.array([1.0, 0.0]), tolerance, 20.0, 20)
+        exact = np.column_stack([np.cos(arc.clock), -np.sin(arc.clock)])
+        errors.append(max(np.abs(arc.state - exact).max(), abs(arc.clock[-1] - np.pi)))
+        steps.append(arc.steps)
     assert np.all(errors < 30 * tolerances)  # global error over half a turn and a few steps, dense output included
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert order > 6.5  # dense output of order 7
@@ -177,20 +177,20 @@ def test_a_step_ends_at_a_kink(prepare: Preparation) -> None:
     bent = Domain.from_expressions("bent", x, 1 + 10 * ca.fabs(t - 0.3), clock=t)
     blind, warned = (
         run(prepare, HybridSystem([domain], [leaving]), [0.0])
-        for domain in (bent, dataclasses.replace(bent, kinks=(0.3, 5.0)))
+        for domain in (bent, dataclasses.replace(bent, breakpoints=(0.3, 5.0)))
     )
-    # x = t + 5 (0.09 - (0.3 - t)^2) up to the kink, then 0.75 + s + 5 s^2 with s = t - 0.3
+    # x = t + 5 (0.09 - (0.3 - t)^2) up to the breakpoint, then 0.75 + s + 5 s^2 with s = t - 0.3
     exact = 0.3 + (-1 + np.sqrt(1 + 20 * 2.25)) / 10
     assert warned.clock[-1] == pytest.approx(exact, abs=1e-13)  # quadratic pieces are integrated exactly
     assert blind.clock[-1] == pytest.approx(exact, abs=1e-8)
     assert warned.steps < blind.steps
 
 
-@pytest.mark.parametrize("kinks", [(0.0,), (-1.0,), (0.2, 0.2), (0.3, 0.1), (np.nan,)])
-def test_kinks_are_positive_and_ascending(kinks: tuple[float, ...]) -> None:
+@pytest.mark.parametrize("breakpoints", [(0.0,), (-1.0,), (0.2, 0.2), (0.3, 0.1), (np.nan,)])
+def test_kinks_are_positive_and_ascending(breakpoints: tuple[float, ...]) -> None:
     system = bouncing_ball()
-    with pytest.raises(InputError, match="kinks of domain 'flight' are not positive and ascending"):
-        HybridSystem([dataclasses.replace(system.domains[0], kinks=kinks)], system.transitions)
+    with pytest.raises(InputError, match="breakpoints of domain 'flight' are not positive and ascending"):
+        HybridSystem([dataclasses.replace(system.domains[0], breakpoints=breakpoints)], system.transitions)
 
 
 @pytest.mark.parametrize("prepare", WAYS)

@@ -50,15 +50,15 @@ def test_a_domain_without_a_signal_records_nan() -> None:
 
 
 @pytest.mark.parametrize(
-    ("start", "longest", "reason"),
+    ("start", "time_limit", "reason"),
     [
         ((0.0, 1.0), 10.0, "the motion fell in domain 'flight' of cycle 1 at"),
         ((0.0, 0.1), 10.0, "the motion fell in domain 'flight' of cycle 0 at 0 s"),
-        ((0.0, 1.0), 0.1, "the motion reached no guard within the longest time allowed in domain 'flight' of cycle 0"),
+        ((0.0, 1.0), 0.1, "the motion reached no guard within the time limit in domain 'flight' of cycle 0"),
     ],
 )
-def test_an_early_end_is_a_sentence(start: tuple[float, float], longest: float, reason: str) -> None:
-    trace = simulate(bouncing_ball(0.5, floor=0.6), np.array(start), 10, longest=longest)
+def test_an_early_end_is_a_sentence(start: tuple[float, float], time_limit: float, reason: str) -> None:
+    trace = simulate(bouncing_ball(0.5, floor=0.6), np.array(start), 10, time_limit=time_limit)
     assert not trace.completed
     assert trace.ended.startswith(reason)
     assert trace.cycles == len(trace.events) < 10
@@ -67,7 +67,7 @@ def test_an_early_end_is_a_sentence(start: tuple[float, float], longest: float, 
 
 
 def test_a_graph_may_branch() -> None:
-    trace = simulate(clockwork(("sine", -1, 0.0), ("line", +1, 0.0)), np.array([0.0]), 1, longest=200.0)
+    trace = simulate(clockwork(("sine", -1, 0.0), ("line", +1, 0.0)), np.array([0.0]), 1, time_limit=200.0)
     assert [event.transition for event in trace.events] == ["first->line1", "line1->first"]
 
 
@@ -86,8 +86,8 @@ def test_progress_is_reported_every_cycle() -> None:
         ({"tolerance": 1e-15}, "not between"),
         ({"tolerance": np.nan}, "not between"),
         ({"samples": 1}, "at least 2 samples"),
-        ({"longest": 0.0}, "positive time"),
-        ({"longest": np.inf}, "positive time"),
+        ({"time_limit": 0.0}, "positive time"),
+        ({"time_limit": np.inf}, "positive time"),
     ],
 )
 def test_bad_input_is_refused_in_one_sentence(change: Mapping[str, Any], sentence: str) -> None:

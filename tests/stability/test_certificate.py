@@ -115,7 +115,7 @@ def test_a_sweep_takes_two_steps(state: np.ndarray, steps: tuple[float, ...]) ->
 
 
 def test_steps_that_do_not_come_back_are_skipped(state: np.ndarray) -> None:
-    found = difference_check(travelling(0.7, -1), state, (2.0, 1e-4, 1e-5), longest=2.0)
+    found = difference_check(travelling(0.7, -1), state, (2.0, 1e-4, 1e-5), time_limit=2.0)
     assert found.sweep[0][1] == np.inf
     assert found.step == 1e-5
 

@@ -16,7 +16,7 @@ def test_the_law_with_the_most_different_torques_keeps_map_and_radius(stabilised
     loops = [closed_loop(stabilised_gait, law, half=True) for law in (None, MinimumPower("datasheet"))]
     beside = start + np.random.default_rng(0).normal(0.0, 1e-4, start.size)
     first, second = (poincare_map(loop, beside) for loop in loops)
-    # the integrator's tolerance of 1e-10 and more, times the growth of one passage
+    # the integrator's tolerance of 1e-10 and more, times the growth of one arc
     assert np.max(np.abs(first - second)) <= 1e-8
     radii = [np.max(np.abs(np.linalg.eigvals(monodromy(loop, start).matrix))) for loop in loops]
     assert abs(radii[0] - radii[1]) <= 1e-6

@@ -108,9 +108,9 @@ def test_compiled_functions_need_their_derivatives() -> None:
 
 def test_a_motion_that_does_not_come_back_is_a_fall() -> None:
     with pytest.raises(FallError, match="reached no guard"):
-        monodromy(two_phases(), START, longest=0.01)
+        monodromy(two_phases(), START, time_limit=0.01)
     with pytest.raises(FallError, match="reached no guard"):
-        poincare_map(two_phases(), START, longest=0.01)
+        poincare_map(two_phases(), START, time_limit=0.01)
     with pytest.raises(FallError, match="fell"):
         monodromy(bouncing_ball(0.5, floor=3.0), np.array([0.0, 1.0]))
 

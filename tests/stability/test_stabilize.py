@@ -15,11 +15,11 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.simulation.walking import simulate_gait
 from amble.stability.bilinear import TRACE, least_bound
+from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import section_distances
 from amble.stability.leading_mode import leading_mode
 from amble.stability.lyapunov import smoothed_radius
 from amble.stability.monodromy import monodromy
-from amble.stability.own_orbit import own_fixed_point
 from amble.stability.quadratic_bound import verified_bound
 from amble.stability.spectrum import multipliers
 from amble.stability.stabilize import BASE, NotStabilizedError, Stabilized, stabilize
@@ -108,7 +108,7 @@ def test_the_bound_is_verified_at_the_fixed_point_by_a_semidefinite_program(stab
     The margin t of r^2 W - A^T W A >= t W is to be positive; both inequalities are then verified by Cholesky factors.
     """
     search = WeightSearch.of(stabilized.gait, BASE)
-    _, found = own_fixed_point(stabilized.gait)
+    _, found = closed_loop_fixed_point(stabilized.gait)
     matrix = search.orbit.dual @ found.monodromy.matrix @ search.orbit.basis
     rate = 1.02 * np.sqrt(stabilized.bound)
     ours = smoothed_radius(matrix, TRACE)
@@ -138,7 +138,7 @@ def test_both_laws_have_the_same_radius(stabilized: Stabilized) -> None:
     radii = []
     for law in (PseudoInverse(), DropActuator(joints)):
         gait = replace(stabilized.gait, law=law)
-        _, found = own_fixed_point(gait)
+        _, found = closed_loop_fixed_point(gait)
         keep = np.r_[2:36]
         matrix = found.monodromy.matrix[np.ix_(keep, keep)]
         radii.append(np.abs(np.linalg.eigvals(matrix)).max() ** 2)

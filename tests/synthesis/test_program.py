@@ -12,21 +12,21 @@ from scipy.sparse.linalg import spsolve
 
 from amble.errors import NotSolvedError
 from amble.gait import Gait
-from amble.gait.checks.closed_loop import integrate
-from amble.gait.checks.domain_rows import sampled
 from amble.synthesis import GaitProblem
-from amble.synthesis.guess import walking
+from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import require_full_rank, smallest_singular_value
 from amble.synthesis.result import from_gait
 from amble.synthesis.solve import variable_names
 from amble.types import Vector
+from amble.verification.domain_rows import sampled
+from amble.verification.output_dynamics import integrate
 
 
 @pytest.fixture(scope="module")
 def point(small_program: GaitProgram) -> Vector:
     """Scaled variables near the start of the solver, where no row is special."""
-    natural = walking(small_program.problem, small_program.layout)
+    natural = initial_guess(small_program.problem, small_program.layout)
     step = np.random.default_rng(0).uniform(-0.02, 0.02, natural.size)
     return np.asarray(natural / small_program.layout.scale + step)
 
@@ -169,7 +169,7 @@ def _end_of_first_domain(program: GaitProgram, gait: Gait) -> Vector:
 
 
 def test_the_equality_rows_are_independent(small_program: GaitProgram) -> None:
-    natural = walking(small_program.problem, small_program.layout)
+    natural = initial_guess(small_program.problem, small_program.layout)
     value = require_full_rank(small_program, natural / small_program.layout.scale)
     assert value > 1e-6
 
@@ -188,7 +188,7 @@ def test_a_repeated_row_is_named(small_program: GaitProgram) -> None:
         lower=np.append(nlp.lower, 0.0),
         upper=np.append(nlp.upper, 0.0),
     )
-    point = walking(small_program.problem, small_program.layout) / small_program.layout.scale
+    point = initial_guess(small_program.problem, small_program.layout) / small_program.layout.scale
     with pytest.raises(NotSolvedError, match="depend on each other") as raised:
         require_full_rank(replace(small_program, program=twice), point)
     worst = {row.name.split(" (")[0] for row in raised.value.rows[:2]}
@@ -198,7 +198,7 @@ def test_a_repeated_row_is_named(small_program: GaitProgram) -> None:
 def test_the_smallest_singular_value_is_numpys(small_problem: GaitProblem) -> None:
     program = build_program(replace(small_problem, intervals=2))
     nlp, generator = program.program, np.random.default_rng(3)
-    point = walking(program.problem, program.layout) / program.layout.scale
+    point = initial_guess(program.problem, program.layout) / program.layout.scale
     point += generator.uniform(-0.02, 0.02, point.size)
     value, vector = smallest_singular_value(program, point)
     dense = nlp.jacobian(point, program.parameters)[1].full()

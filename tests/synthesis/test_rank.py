@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from amble.synthesis import GaitProblem
-from amble.synthesis.guess import walking
+from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import build_program
 from amble.synthesis.rank import COARSE, on_coarse_mesh, require_full_rank
 
 
 def test_a_fine_mesh_is_thinned_to_the_same_walk(small_problem: GaitProblem) -> None:
     fine = build_program(replace(small_problem, intervals=2 * COARSE))
-    natural = walking(fine.problem, fine.layout)
+    natural = initial_guess(fine.problem, fine.layout)
     coarse, variables = on_coarse_mesh(fine, natural)
     assert coarse.problem == replace(fine.problem, intervals=COARSE)
     thin = variables * coarse.layout.scale
@@ -29,7 +29,7 @@ def test_a_fine_mesh_is_thinned_to_the_same_walk(small_problem: GaitProblem) -> 
 
 def test_a_coarse_mesh_stays(small_problem: GaitProblem) -> None:
     program = build_program(replace(small_problem, intervals=COARSE))
-    natural = walking(program.problem, program.layout)
+    natural = initial_guess(program.problem, program.layout)
     same, variables = on_coarse_mesh(program, natural)
     assert same is program
     np.testing.assert_allclose(variables * program.layout.scale, natural, rtol=1e-15)
@@ -39,4 +39,4 @@ def test_a_coarse_mesh_stays(small_problem: GaitProblem) -> None:
 def test_no_speed_makes_rows_dependent(small_problem: GaitProblem, speed: float) -> None:
     """A speed that no robot walks must fail in the solver, with the rows that it violates, not here."""
     program = build_program(replace(small_problem, speed=speed))
-    require_full_rank(*on_coarse_mesh(program, walking(program.problem, program.layout)))
+    require_full_rank(*on_coarse_mesh(program, initial_guess(program.problem, program.layout)))

@@ -9,8 +9,8 @@ import pytest
 
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait.check import check
 from amble.synthesis import GaitProblem, refine
+from amble.verification.check import check
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from amble.errors import InputError, UnknownNameError
+from amble.io.units import UNITS, parse_quantity
 from amble.robot import catalogue
 from amble.synthesis import GaitProblem
-from amble.synthesis.quantities import UNITS, parse_quantity
 from amble.synthesis.specification import read_specification
 from amble.synthesis.specified import problem_of
 

@@ -12,13 +12,13 @@ import pytest
 from amble.control import DropActuator
 from amble.errors import InputError, NotSolvedError, UnknownNameError
 from amble.gait import Gait
-from amble.gait.check import check
 from amble.gait.files import load_gait, save_gait
 from amble.synthesis import GaitProblem, Iteration, synthesize
-from amble.synthesis.guess import walking
+from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import Solution, solve
+from amble.verification.check import check
 
 EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
 """Families that hold at the nodes whatever the mesh."""
@@ -131,7 +131,7 @@ def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> No
         if iteration.number == 2:
             raise KeyboardInterrupt
 
-    start = walking(small_program.problem, small_program.layout) / small_program.layout.scale
+    start = initial_guess(small_program.problem, small_program.layout) / small_program.layout.scale
     with pytest.raises(KeyboardInterrupt):
         solve(small_program, start, progress=interrupt)
     assert seen == [0, 1, 2]

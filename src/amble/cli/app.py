@@ -16,7 +16,7 @@ class Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Check the places of the results and run."""
-        from amble.storage import check_file, check_folder
+        from amble.io.storage import check_file, check_folder
 
         for name in PLACES & ctx.params.keys():
             place = ctx.params[name]

@@ -39,8 +39,8 @@ def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certi
 
     A refusal is written too, in the same place: an older certificate would look as if it belonged to this gait.
     """
-    from amble.report.certification import certificate_tree, certify_gait, refusal_tree
     from amble.report.results import write_results
+    from amble.stability.gait_certificate import certificate_tree, certify_gait, refusal_tree
 
     try:
         with progress("certifying") as update:
@@ -60,7 +60,7 @@ def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certi
 
 def _bounds(gait: Gait) -> str:
     """Say in one sentence what the gait was held against, and what of that is absurd."""
-    from amble.report.certification import held_against
+    from amble.stability.gait_certificate import held_against
 
     held = held_against(gait)
     torques = gait.limits.torques.values()

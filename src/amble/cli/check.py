@@ -23,7 +23,7 @@ def check(
     every: Annotated[bool, typer.Option("--all", help="Print every row, not the worst of each family.")] = False,
 ) -> None:
     """Check dynamics, contacts, outputs, impacts, periodicity and limits of a gait, between its nodes too."""
-    from amble.gait.check import check as recompute
+    from amble.verification.check import check as recompute
 
     walker = read(gait, robot)
     with progress("checking"):

@@ -24,8 +24,8 @@ def compare(
     ] = None,
 ) -> None:
     """Tabulate cost, torques, friction and active limits of allocation laws along the same motion."""
+    from amble.analysis import samples_of_trace
     from amble.gait.files import load_gait
-    from amble.metrics import samples_of_trace
     from amble.report import write_results
     from amble.report.allocation import (
         allocation_figure,

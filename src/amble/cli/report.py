@@ -43,7 +43,7 @@ def report(
 def _read(path: Path) -> dict[str, Any]:
     """Read an earlier results.json; nothing where there is none."""
     from amble.errors import InputError
-    from amble.gait.tree import loads
+    from amble.io.codec import loads
 
     if not path.exists():
         return {}

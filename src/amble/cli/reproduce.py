@@ -109,9 +109,9 @@ def _report(
 ) -> None:
     """Write the page, the figures and the numbers, and print the table; the second trace starts beside the orbit."""
     from amble.report.assembly import assemble, perturbed_results
-    from amble.report.certification import distances, initial_spectrum
     from amble.report.run import main_table, write_run
     from amble.report.stability_results import stability_of
+    from amble.stability.gait_certificate import distances, initial_spectrum
 
     trace, beside = traces
     with progress("measuring"):

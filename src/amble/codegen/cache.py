@@ -23,7 +23,7 @@ from pathlib import Path
 
 from amble.codegen.compiler import STOP
 from amble.errors import InputError
-from amble.storage import kept_workplace, sweep, workplace
+from amble.io.storage import kept_workplace, sweep, workplace
 
 try:
     import fcntl

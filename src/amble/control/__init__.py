@@ -10,10 +10,10 @@ from amble.control.allocation import (
     PseudoInverse,
     Redundancy,
     WeightedMinimumNorm,
-    free_directions,
     internal_forces,
     law_from,
     margins,
+    torque_null_space,
 )
 from amble.control.outputs import DomainOutputs, Outputs, joint_outputs
 
@@ -29,9 +29,9 @@ __all__ = [
     "PseudoInverse",
     "Redundancy",
     "WeightedMinimumNorm",
-    "free_directions",
     "internal_forces",
     "joint_outputs",
     "law_from",
     "margins",
+    "torque_null_space",
 ]

@@ -10,9 +10,9 @@ import casadi as ca
 
 from amble.codegen import compile_all
 from amble.control.allocation import AllocationLaw
-from amble.control.feedforward import Feedforward
 from amble.control.linearisation import Linearised, linearise
 from amble.control.sensitivity import sensitivity
+from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
 from amble.hybrid import Switch, impact
 from amble.robot import Robot, kinematics
@@ -34,7 +34,7 @@ class StanceLoop:
         field: dx/dt.
         variation: (d field / d x, R, E), with the response R and the error slope E of ``sensitivity``.
         signals: torque, force (all feet), foot and foot_velocity (all feet), pivot.
-        alive: margin to a fall.
+        admissibility: margin to a fall.
         guard: height of the landing foot, or normal force of the lifting foot.
         reset: state after the impact, in the same coordinates.
     """
@@ -42,7 +42,7 @@ class StanceLoop:
     field: ca.Function
     variation: ca.Function
     signals: ca.Function
-    alive: ca.Function
+    admissibility: ca.Function
     guard: ca.Function
     reset: ca.Function
 
@@ -63,7 +63,7 @@ def stance_loops(
         law: the allocation law.
         switches: the switch that ends each stance; it names the stance too.
         outputs: number of outputs of each stance.
-        order: order of the reference curves; the parameters are packed as in ``Feedforward.packed``.
+        order: order of the reference curves; the parameters are packed as in ``VirtualConstraints.packed``.
 
     Raises:
         InputError: the law is not hashable.
@@ -94,10 +94,10 @@ def _functions(
     feet = switch.source.feet
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
-    feedforward = Feedforward.symbols(outputs, robot.size - 3, order)
-    p = feedforward.packed()
-    loop = linearise(robot, feet, law, q, v, t, feedforward)
-    slope = sensitivity(robot, feet, loop, q, v, t, feedforward)
+    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, order)
+    p = constraints.packed()
+    loop = linearise(robot, feet, law, q, v, t, constraints)
+    slope = sensitivity(robot, feet, loop, q, v, t, constraints)
     jacobian = ca.densify(
         ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
     )
@@ -110,7 +110,7 @@ def _functions(
         _function("field", symbols, {"rate": ca.vertcat(v, loop.acceleration)}),
         _function("variation", symbols, slopes),
         _function("signals", symbols, signals),
-        _function("alive", symbols, {"margin": margin}),
+        _function("admissibility", symbols, {"margin": margin}),
     )
     events = _function("guard", symbols, {"guard": guard}), _function("reset", symbols, {"state": after})
     return flow, events

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import casadi as ca
 
 from amble.control.allocation import AllocationLaw, Redundancy
-from amble.control.feedforward import Feedforward, required_output_acceleration
 from amble.control.motion_equations import BASE_SIZE, MotionEquations
+from amble.control.virtual_constraints import VirtualConstraints, commanded_acceleration
 from amble.hybrid import stance_bias
 from amble.robot import Robot, dynamics
 
@@ -44,7 +44,7 @@ def linearise(
     q: ca.SX,
     v: ca.SX,
     time: ca.SX,
-    feedforward: Feedforward,
+    constraints: VirtualConstraints,
 ) -> Linearised:
     """Write the closed loop of a stance as expressions.
 
@@ -56,13 +56,13 @@ def linearise(
     """
     # shorthand
     h = dynamics.bias(robot, q, v)
-    J = (equations := MotionEquations.of(robot, feet, q, feedforward.unseen)).jacobian
-    N = equations.null
+    J = (equations := MotionEquations.of(robot, feet, q, constraints.null_space)).jacobian
+    N = equations.torque_basis
 
-    wanted = required_output_acceleration(q, v, time, feedforward)
+    commanded = commanded_acceleration(q, v, time, constraints)
     # with u = (D a + h - J^T lambda)_joints, N^T u = 0 is a row for a and lambda, next to the base's six
-    a, smallest = equations.solve(wanted, -stance_bias(robot, feet, q, v), -equations.rows @ h)
+    a, smallest = equations.solve(commanded, -stance_bias(robot, feet, q, v), -equations.rows @ h)
     u = (equations.mass @ a + h - J.T @ smallest)[BASE_SIZE:]
-    redundancy = Redundancy(robot, feet, u, N, smallest, equations.squeeze, v[BASE_SIZE:])
-    s = law.choose(redundancy)
-    return Linearised(a, u + N @ s, smallest + equations.squeeze @ s, redundancy, equations)
+    redundancy = Redundancy(robot, feet, u, N, smallest, equations.force_basis, v[BASE_SIZE:])
+    s = law.allocate(redundancy)
+    return Linearised(a, u + N @ s, smallest + equations.force_basis @ s, redundancy, equations)

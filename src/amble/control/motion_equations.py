@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.allocation import free_directions
-from amble.control.feedforward import POSITION_SIZE
+from amble.control.allocation import torque_null_space
+from amble.control.virtual_constraints import POSITION_SIZE
 from amble.errors import InputError
 from amble.hybrid import stance_jacobian
-from amble.maths.linear_algebra import OrthogonalFactor
+from amble.numerics.linear_algebra import OrthogonalFactor
 from amble.robot import Robot, dynamics
 
 BASE_SIZE = 6
@@ -34,10 +34,10 @@ class MotionEquations:
     Attributes:
         mass: D, (n_q, n_q).
         jacobian: J of the stance feet, (3 n_c, n_q).
-        unseen: orthonormal basis of the kernel of H, (n_a, n_a - n_y).
+        null_space: orthonormal basis of the kernel of H, (n_a, n_a - n_y).
         rows: P, (6 + k, n_q).
-        squeeze: internal contact forces, (3 n_c, k), N.
-        null: N, the torques that go with them, (n_joints, k), N m.
+        force_basis: internal contact forces, (3 n_c, k), N.
+        torque_basis: N, the torques that go with them, (n_joints, k), N m.
         closure: factor of the equations that keep the feet at their distances.
         open: accelerations that contacts and outputs leave open, (n_q, d).
         balance: factor of the equations for ``open`` and the contact forces per mass of the robot.
@@ -46,17 +46,17 @@ class MotionEquations:
 
     mass: ca.SX
     jacobian: ca.SX
-    unseen: ca.SX
+    null_space: ca.SX
     rows: ca.SX
-    squeeze: ca.SX
-    null: ca.SX
+    force_basis: ca.SX
+    torque_basis: ca.SX
     closure: OrthogonalFactor
     open: ca.SX
     balance: OrthogonalFactor
     total: float
 
     @classmethod
-    def of(cls, robot: Robot, feet: tuple[str, ...], q: ca.SX, unseen: ca.SX) -> MotionEquations:
+    def of(cls, robot: Robot, feet: tuple[str, ...], q: ca.SX, null_space: ca.SX) -> MotionEquations:
         """Write and factor the equations at a configuration.
 
         Raises:
@@ -64,35 +64,35 @@ class MotionEquations:
         """
         # shorthand
         D, J = dynamics.mass_matrix(robot, q), stance_jacobian(robot, feet, q)
-        N, W = free_directions(robot, feet, q)
-        outputs, allowed = robot.size - POSITION_SIZE - unseen.shape[1], len(robot.joints) - N.shape[1]
+        N, W = torque_null_space(robot, feet, q)
+        outputs, allowed = robot.size - POSITION_SIZE - null_space.shape[1], len(robot.joints) - N.shape[1]
         if outputs != allowed:
             raise InputError(f"a stance on {len(feet)} feet takes exactly {allowed} outputs, not {outputs}")
 
         P = ca.diagcat(ca.SX.eye(BASE_SIZE), N.T)
-        closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:]) @ unseen)
-        directions = _open_directions(J, unseen, closure.kernel)
+        closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:]) @ null_space)
+        directions = _open_directions(J, null_space, closure.kernel)
         balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -robot.mass * (P @ J.T)))
-        return cls(D, J, unseen, P, W, N, closure, directions, balance, robot.mass)
+        return cls(D, J, null_space, P, W, N, closure, directions, balance, robot.mass)
 
     @property
     def pivots(self) -> ca.SX:
         """Sines of the angles between the equations; the smallest tells when the outputs cannot be decoupled."""
         return ca.vertcat(self.closure.sines, self.balance.sines)
 
-    def solve(self, wanted: ca.SX, contact: ca.SX, load: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def solve(self, commanded: ca.SX, contact: ca.SX, load: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return accelerations a, (n_q, m), and contact forces, (3 n_c, m), one column a case.
 
         Args:
-            wanted: w, (n_a, m).
+            commanded: w, (n_a, m).
             contact: accelerations of the stance feet, (3 n_c, m).
             load: right side of the rows P, (6 + k, m).
         """
         # shorthand
-        J, Z = self.jacobian, self.unseen
+        J, Z = self.jacobian, self.null_space
 
-        moved = contact - J[:, POSITION_SIZE:] @ wanted
-        outputs = wanted + Z @ self.closure.solve(_apart(moved))
+        moved = contact - J[:, POSITION_SIZE:] @ commanded
+        outputs = commanded + Z @ self.closure.solve(_apart(moved))
         one = ca.vertcat(_common(contact - J[:, POSITION_SIZE:] @ outputs), outputs)
         found = self.balance.solve(load - self.rows @ (self.mass @ one))
         count = self.open.shape[1]
@@ -110,9 +110,9 @@ def _common(rows: ca.SX) -> ca.SX:
     return rows[:3, :] if rows.shape[0] else ca.SX(POSITION_SIZE, rows.shape[1])
 
 
-def _open_directions(jacobian: ca.SX, unseen: ca.SX, kernel: ca.SX) -> ca.SX:
+def _open_directions(jacobian: ca.SX, null_space: ca.SX, kernel: ca.SX) -> ca.SX:
     """Accelerations that move no foot and no output; without feet the base's position is open too."""
-    outputs = unseen @ kernel
+    outputs = null_space @ kernel
     if jacobian.shape[0]:
         return ca.vertcat(-_common(jacobian[:, POSITION_SIZE:] @ outputs), outputs)
     return ca.diagcat(ca.SX.eye(POSITION_SIZE), outputs)

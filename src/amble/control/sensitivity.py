@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.feedforward import POSITION_SIZE, Feedforward, required_output_acceleration
 from amble.control.linearisation import Linearised
 from amble.control.motion_equations import BASE_SIZE
+from amble.control.virtual_constraints import POSITION_SIZE, VirtualConstraints, commanded_acceleration
 from amble.hybrid import stance_bias
 from amble.robot import Robot, dynamics
 
@@ -40,7 +40,7 @@ def sensitivity(
     q: ca.SX,
     v: ca.SX,
     time: ca.SX,
-    feedforward: Feedforward,
+    constraints: VirtualConstraints,
 ) -> Sensitivity:
     """Perturb the equations of ``MotionEquations`` in q and v.
 
@@ -56,11 +56,11 @@ def sensitivity(
     contact = J @ a + stance_bias(robot, feet, q, v)
     at = linearised.acceleration, linearised.forces
     slopes = ca.Function("slopes", [q, v, a, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)])(q, v, *at)
-    wanted = ca.jacobian(required_output_acceleration(q, v, time, feedforward), state)
+    commanded = ca.jacobian(commanded_acceleration(q, v, time, constraints), state)
 
-    coordinates, free = wanted.shape[0], equations.null.shape[1]
-    acceleration, _ = equations.solve(wanted, -slopes[1], ca.vertcat(-slopes[0], ca.SX(free, 2 * robot.size)))
+    coordinates, free = commanded.shape[0], equations.torque_basis.shape[1]
+    acceleration, _ = equations.solve(commanded, -slopes[1], ca.vertcat(-slopes[0], ca.SX(free, 2 * robot.size)))
     response, _ = equations.solve(
         ca.SX.eye(coordinates), ca.SX(contact.shape[0], coordinates), ca.SX(BASE_SIZE + free, coordinates)
     )
-    return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - wanted)
+    return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - commanded)

@@ -17,9 +17,9 @@ from amble.export.text import filled, template
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.hybrid import Domain, HybridSystem, Stance, constrained_dynamics
+from amble.io.storage import workplace
 from amble.names import identifier
 from amble.robot import Robot
-from amble.storage import workplace
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
 ARGUMENTS = ["t", "x", "p"]

@@ -16,7 +16,7 @@ from amble.export.tables import LATEST, tables
 from amble.export.text import filled, template
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
-from amble.storage import check_replaceable, replacing_folder
+from amble.io.storage import check_replaceable, replacing_folder
 
 PIVOT_SHARE = 1e-3
 """Rank counts as lost where the smallest pivot falls below this share of the smallest one along the gait."""

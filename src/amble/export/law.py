@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw, ContactLimits, margins
-from amble.control.feedforward import Feedforward
 from amble.control.linearisation import linearise
+from amble.control.virtual_constraints import VirtualConstraints
 from amble.gait import Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import Stance
@@ -43,8 +43,8 @@ def stance_law(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
     outputs = len(gait.outputs.of(stance.name).coordinates)
-    feedforward = Feedforward.symbols(outputs, robot.size - 3, REFERENCE_ORDER)
-    loop = linearise(robot, feet, law, q, v, t, feedforward)
+    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, REFERENCE_ORDER)
+    loop = linearise(robot, feet, law, q, v, t, constraints)
     forces = [
         loop.forces[3 * feet.index(foot) : 3 * feet.index(foot) + 3] if foot in feet else ca.SX.zeros(3)
         for foot in robot.foot_names
@@ -53,7 +53,7 @@ def stance_law(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
     margin = ca.mmin(margins(feet, loop.forces, limits))
     function = ca.Function(
         f"amble_law_{identifier(stance.name)}",
-        [t, x, feedforward.packed()],
+        [t, x, constraints.packed()],
         [ca.densify(loop.torques), ca.densify(ca.vertcat(*forces)), loop.pivot, margin],
         ["t", "x", "p"],
         ["torque", "force", "pivot", "margin"],

@@ -1,6 +1,6 @@
 """The gait record, its file, and its check."""
 
 from amble.gait.limits import Limits
-from amble.gait.record import DomainTrajectory, Feedback, Gait, Multipliers, SolverReport
+from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, SolverReport
 
-__all__ = ["DomainTrajectory", "Feedback", "Gait", "Limits", "Multipliers", "SolverReport"]
+__all__ = ["DomainTrajectory", "Feedback", "Gait", "LagrangeMultipliers", "Limits", "SolverReport"]

@@ -9,12 +9,12 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.feedforward import pack, reference_end
 from amble.control.outputs import selection_matrix
+from amble.control.virtual_constraints import pack, reference_end
 from amble.gait.record import Gait
 from amble.gait.validation import LARGEST_ORDER
 from amble.hybrid import Domain, HybridSystem, Switch, Symmetry, Transition
-from amble.maths.bezier import elevate
+from amble.numerics.bezier import elevate
 from amble.robot import Robot, kinematics
 from amble.robot.model import RATE
 from amble.types import Vector, frozen
@@ -56,8 +56,8 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
                 parameters[name],
                 loop.signals,
                 loop.jacobian,
-                alive=loop.alive,
-                kinks=(reference_end(parameters[name]),),
+                admissibility=loop.admissibility,
+                breakpoints=(reference_end(parameters[name]),),
             )
         )
         reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
@@ -72,7 +72,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
 
 
 def loop_parameters(gait: Gait, domain: str) -> Vector:
-    """Pack duration, gains, reference curves and output weights of a domain as ``Feedforward.packed`` does."""
+    """Pack duration, gains, reference curves and output weights of a domain as ``VirtualConstraints.packed`` does."""
     robot = gait.robot
     if gait.feedback is not None:
         duration = gait.feedback.durations[domain]
@@ -149,8 +149,10 @@ def _mirrored_domain(robot: Robot, loop: StanceLoop, switch: Switch, parameters:
         parameters,
         ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
         ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
-        alive=ca.Function("mirrored_alive", [t, x, p], [loop.alive(t, image, p)], ARGUMENTS, ["margin"]),
-        kinks=(reference_end(parameters),),
+        admissibility=ca.Function(
+            "mirrored_admissibility", [t, x, p], [loop.admissibility(t, image, p)], ARGUMENTS, ["margin"]
+        ),
+        breakpoints=(reference_end(parameters),),
     )
 
 

@@ -22,10 +22,10 @@ from amble.gait.motion_tree import (
 )
 from amble.gait.record import Gait
 from amble.gait.robot_tree import robot_from, robot_tree
-from amble.gait.tree import Reader, dumps, loads, quantity
 from amble.hybrid import GaitPattern, gait_pattern
+from amble.io.codec import Reader, dumps, loads, quantity
+from amble.io.storage import atomic_write
 from amble.robot import Robot
-from amble.storage import atomic_write
 from amble.types import Json
 
 FORMAT = "amble gait"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from amble.control import Outputs
 from amble.control.outputs import controllable
 from amble.gait.limits import Limits
-from amble.gait.record import DomainTrajectory, Feedback, Multipliers, SolverReport
-from amble.gait.tree import Reader, quantity, table
+from amble.gait.record import DomainTrajectory, Feedback, LagrangeMultipliers, SolverReport
 from amble.gait.units import unit_of, units
 from amble.hybrid import GaitPattern
+from amble.io.codec import Reader, quantity, table
 from amble.robot import Robot
 from amble.types import Json
 
@@ -127,15 +127,15 @@ def feedback_from(reader: Reader, pattern: GaitPattern, outputs: Outputs) -> Fee
     )
 
 
-def multipliers_tree(multipliers: Multipliers) -> Json:
+def multipliers_tree(multipliers: LagrangeMultipliers) -> Json:
     """Write the multipliers of the solution."""
     return {"bounds": quantity(multipliers.bounds, "scaled"), "rows": quantity(multipliers.rows, "scaled")}
 
 
-def multipliers_from(reader: Reader, report: SolverReport) -> Multipliers:
+def multipliers_from(reader: Reader, report: SolverReport) -> LagrangeMultipliers:
     """Read the multipliers of the solution: one a variable and one a row of the program."""
     reader.expect("bounds", "rows")
-    return Multipliers(
+    return LagrangeMultipliers(
         bounds=reader.array("bounds", "scaled", (report.variables,)),
         rows=reader.array("rows", "scaled", (report.constraints,)),
     )

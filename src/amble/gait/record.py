@@ -91,7 +91,7 @@ class SolverReport:
 
 
 @dataclass(frozen=True)
-class Multipliers:
+class LagrangeMultipliers:
     """Lagrange multipliers of the scaled program at the solution, from which a neighbouring problem starts.
 
     Attributes:
@@ -131,7 +131,7 @@ class Gait:
     solver: SolverReport
     feedback: Feedback | None
     versions: Mapping[str, str]
-    multipliers: Multipliers | None = None
+    multipliers: LagrangeMultipliers | None = None
 
     def __post_init__(self) -> None:
         """Check that the parts fit robot, pattern and each other, and the texts that the records inside do not."""

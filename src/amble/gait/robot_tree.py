@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from amble.errors import InputError
-from amble.gait.tree import Reader, quantity
+from amble.io.codec import Reader, quantity
 from amble.robot import Foot, Joint, Link, Robot
 from amble.types import Json
 

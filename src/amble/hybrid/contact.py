@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.maths.linear_algebra import SymmetricFactor
+from amble.numerics.linear_algebra import SymmetricFactor
 from amble.robot import Robot, dynamics, kinematics
 
 

@@ -32,10 +32,10 @@ class Domain:
             those of the function's outputs.
         jacobian: optional casadi function (t, x, p) -> d field / d x, where a faster one than automatic
             differentiation of ``field`` is known.
-        alive: optional casadi function (t, x, p) -> scalar margin that must stay positive; a simulation in which it
-            does not ends there and says so (a fall).
-        kinks: clock values, ascending, at which the field is continuous but not smooth (the end of a planned
-            reference). An integrator ends a step there; without it, it would search for the kink with many steps.
+        admissibility: optional casadi function (t, x, p) -> scalar margin, positive inside the domain of
+            admissibility; a simulation that leaves it ends there and says so (a fall).
+        breakpoints: clock values, ascending, at which the field is continuous but not smooth (the end of a planned
+            reference). An integrator ends a step there; without it, it would search for the breakpoint with many steps.
     """
 
     name: str
@@ -43,8 +43,8 @@ class Domain:
     parameters: Vector = field(default_factory=lambda: frozen([]))
     signals: ca.Function | None = None
     jacobian: ca.Function | None = None
-    alive: ca.Function | None = None
-    kinks: tuple[float, ...] = ()
+    admissibility: ca.Function | None = None
+    breakpoints: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the name."""
@@ -58,7 +58,7 @@ class Domain:
         rate: ca.SX,
         clock: ca.SX | None = None,
         signals: dict[str, ca.SX] | None = None,
-        alive: ca.SX | None = None,
+        admissibility: ca.SX | None = None,
     ) -> Domain:
         """Build a domain from symbols: the state, its rate and, where the rate depends on it, the clock."""
         clock = ca.SX.sym("t") if clock is None else clock
@@ -71,10 +71,12 @@ class Domain:
             signal_function = ca.Function(
                 f"{label}_signals", symbols, list(signals.values()), FIELD_ARGUMENTS, list(signals)
             )
-        alive_function = None
-        if alive is not None:
-            alive_function = ca.Function(f"{label}_alive", symbols, [alive], FIELD_ARGUMENTS, ["margin"])
-        return cls(name, rate_function, frozen([]), signal_function, alive=alive_function)
+        admissibility_function = None
+        if admissibility is not None:
+            admissibility_function = ca.Function(
+                f"{label}_alive", symbols, [admissibility], FIELD_ARGUMENTS, ["margin"]
+            )
+        return cls(name, rate_function, frozen([]), signal_function, admissibility=admissibility_function)
 
     @property
     def state_size(self) -> int:
@@ -102,8 +104,8 @@ class Transition:
         guard: casadi function (t, x, p) -> scalar, with the parameters of the source domain.
         reset: casadi function (t, x, p) -> state at the entry of the target, parameters of the source domain.
         direction: -1 or +1.
-        earliest: clock before which the guard is not looked at, s. It makes the rule above robust: from a start that is
-            perturbed off the section, a guard that should be zero there would cross at once.
+        dead_time: clock before which the guard is not looked at, s. It makes the rule above robust: from a start that
+            is perturbed off the section, a guard that should be zero there would cross at once.
     """
 
     source: str
@@ -111,7 +113,7 @@ class Transition:
     guard: ca.Function
     reset: ca.Function
     direction: int = -1
-    earliest: float = 0.0
+    dead_time: float = 0.0
 
     @classmethod
     def from_expressions(
@@ -123,7 +125,7 @@ class Transition:
         reset: ca.SX,
         direction: int = -1,
         clock: ca.SX | None = None,
-        earliest: float = 0.0,
+        dead_time: float = 0.0,
     ) -> Transition:
         """Build a transition from symbols of the source domain."""
         clock = ca.SX.sym("t") if clock is None else clock
@@ -135,7 +137,7 @@ class Transition:
             ca.Function(f"{label}_guard", symbols, [guard], FIELD_ARGUMENTS, ["guard"]),
             ca.Function(f"{label}_reset", symbols, [ca.densify(reset)], FIELD_ARGUMENTS, ["state"]),
             direction,
-            earliest,
+            dead_time,
         )
 
     @property
@@ -166,7 +168,7 @@ class HybridSystem:
 
     Raises:
         InputError: where there is no domain, a name occurs twice, state sizes differ, a domain has no way out or
-            cannot be reached, a guard's direction is not -1 or +1, or its earliest clock is negative.
+            cannot be reached, a guard's direction is not -1 or +1, or its dead time is negative.
     """
 
     domains: tuple[Domain, ...]
@@ -238,8 +240,8 @@ def _validate(system: HybridSystem) -> None:
         system.domain(transition.target)
         if transition.direction not in (-1, 1):
             raise InputError(f"direction of '{transition.name}' is {transition.direction}; known: -1, +1")
-        if not transition.earliest >= 0:
-            raise InputError(f"the earliest clock of '{transition.name}' is {transition.earliest:g} s, below 0")
+        if not transition.dead_time >= 0:
+            raise InputError(f"the dead time of '{transition.name}' is {transition.dead_time:g} s, below 0")
         _expect_shape(f"guard of '{transition.name}'", transition.guard, size, 1)
         _expect_shape(f"reset of '{transition.name}'", transition.reset, size, size)
     reached = _reachable(system, names[0])
@@ -253,8 +255,8 @@ def _validate(system: HybridSystem) -> None:
 def _validate_domain(system: HybridSystem, domain: Domain) -> None:
     size = system.state_size
     _expect_shape(f"field of domain '{domain.name}'", domain.field, size, size)
-    if domain.alive is not None:
-        _expect_shape(f"margin of domain '{domain.name}'", domain.alive, size, 1)
+    if domain.admissibility is not None:
+        _expect_shape(f"margin of domain '{domain.name}'", domain.admissibility, size, 1)
     for what, function in (("signals", domain.signals), ("jacobian", domain.jacobian)):
         if function is not None:
             _expect_state(f"{what} of domain '{domain.name}'", function, size)
@@ -262,8 +264,10 @@ def _validate_domain(system: HybridSystem, domain: Domain) -> None:
         raise InputError(
             f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}"
         )
-    if not all(earlier < later for earlier, later in itertools.pairwise((0.0, *domain.kinks))):
-        raise InputError(f"the kinks of domain '{domain.name}' are not positive and ascending: {domain.kinks}")
+    if not all(earlier < later for earlier, later in itertools.pairwise((0.0, *domain.breakpoints))):
+        raise InputError(
+            f"the breakpoints of domain '{domain.name}' are not positive and ascending: {domain.breakpoints}"
+        )
     if not system.leaving(domain.name):
         raise InputError(f"domain '{domain.name}' has no transition that leaves it")
 

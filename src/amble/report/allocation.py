@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from amble.analysis import Samples, samples_of_gait
+from amble.analysis.allocation import AllocationLimits, LawMetrics, allocation_metrics, law_torques
 from amble.control.actuator import ACTUATORS
 from amble.control.allocation import (
     AllocationLaw,
@@ -16,8 +18,6 @@ from amble.control.allocation import (
 )
 from amble.control.laws import paper_baseline
 from amble.gait import Gait
-from amble.metrics import Samples, samples_of_gait
-from amble.metrics.allocation import AllocationLimits, LawMetrics, allocation_metrics, law_torques
 from amble.report.figures import left_joints, torque_lines
 from amble.report.tables import Table
 from amble.types import Json

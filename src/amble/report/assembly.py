@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from amble.control.actuator import ACTUATORS
-from amble.control.allocation import AllocationLaw, PseudoInverse
-from amble.control.laws import paper_baseline
-from amble.errors import FallError
-from amble.gait import Gait
-from amble.metrics import (
+from amble.analysis import (
     Comparison,
     ContactBounds,
     ContactReport,
@@ -21,6 +16,11 @@ from amble.metrics import (
     samples_of_gait,
     samples_of_trace,
 )
+from amble.control.actuator import ACTUATORS
+from amble.control.allocation import AllocationLaw, PseudoInverse
+from amble.control.laws import paper_baseline
+from amble.errors import FallError
+from amble.gait import Gait
 from amble.report.allocation import allocation_results, allocation_table, compare_allocations
 from amble.report.run import Run, Stability
 from amble.report.tables import Table

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from amble.metrics import ContactReport, Worst
+from amble.analysis import ContactReport, Worst
 from amble.report.tables import Table, number
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from amble.gait import SolverReport
+from amble.io.storage import atomic_write
 from amble.report.tables import Table, markdown_text, number
-from amble.storage import atomic_write
 
 
 @dataclass(frozen=True)

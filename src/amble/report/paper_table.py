@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from amble.metrics import Comparison, Reduction, TorqueMetrics
+from amble.analysis import Comparison, Reduction, TorqueMetrics
 from amble.report.tables import Table, number
 
 

@@ -9,10 +9,10 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from amble.analysis import Comparison, ContactReport
 from amble.errors import WorkError
 from amble.gait import SolverReport
-from amble.metrics import Comparison, ContactReport
-from amble.storage import atomic_write
+from amble.io.storage import atomic_write
 from amble.types import Json
 
 METHOD_KEYS = ("cot", "peak_torque", "rms_torque", "cot_error", "peak_joint", "mechanical_power", "heat_power")

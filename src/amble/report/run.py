@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from amble.analysis import Comparison, ContactReport, Motion, Samples, samples_of_gait
 from amble.gait import Gait
-from amble.metrics import Comparison, ContactReport, Motion, Samples, samples_of_gait
 from amble.report.contact_table import contact_rows, contact_summary
 from amble.report.figures import (
     base_portraits,
@@ -21,7 +21,7 @@ from amble.report.figures import (
     section_distance,
     torque_magnitudes,
 )
-from amble.report.figures.multipliers import Multipliers
+from amble.report.figures.multipliers import FloquetMultipliers
 from amble.report.page import FigureFile, Page, solver_table, write_page
 from amble.report.paper_table import paper_table
 from amble.report.results import (
@@ -54,8 +54,8 @@ class Stability:
         results: what goes into results.json, such as spectral_radius and stabilization.
     """
 
-    before: Multipliers
-    after: Multipliers
+    before: FloquetMultipliers
+    after: FloquetMultipliers
     radius: float
     distances: Vector
     results: Json

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from amble.robot.bodies import regrouped
+from amble.robot.inertial_parameters import base_inertial_parameters
 from amble.robot.kinematics import angle_axes, base_rotation
 from amble.robot.model import Robot
 from amble.robot.newton_euler import Frames, joint_frames
@@ -64,7 +64,9 @@ def _enter_joint(matrix: ca.SX, robot: Robot, q: ca.SX, frames: Frames, j: int, 
 
 def _composites(robot: Robot, frames: Frames) -> list[Composite]:
     """Gather bodies inwards."""
-    bodies = [(b.mass, ca.SX(constant(b.moment)), ca.SX(constant(b.inertia))) for b in regrouped(robot)]
+    bodies = [
+        (b.mass, ca.SX(constant(b.first_moment)), ca.SX(constant(b.inertia))) for b in base_inertial_parameters(robot)
+    ]
     for j in reversed(robot.ordered_joints):
         joint, turn, arm = robot.joints[j], frames.rotations[j], frames.translations[j]
         mass, moment, inertia = bodies[joint.child]

@@ -14,11 +14,11 @@ from typing import Any
 import casadi as ca
 
 from amble.robot.composite import composite_rigid_body
+from amble.robot.joint_frames import aligned_joint_frames
 from amble.robot.kinematics import base_rotation, link_poses
 from amble.robot.model import Robot
 from amble.robot.newton_euler import energy_and_momentum, newton_euler
 from amble.robot.rotation import constant
-from amble.robot.sliding import slid
 
 
 def mass_matrix(robot: Robot, q: Any) -> Any:
@@ -59,23 +59,27 @@ def _function(name: str, robot: Robot, letters: str, build: Callable[..., Sequen
 
 @lru_cache(maxsize=64)
 def _mass_matrix(robot: Robot) -> ca.Function:
-    return _function("mass_matrix", robot, "q", lambda q: [composite_rigid_body(slid(robot), q)])
+    return _function("mass_matrix", robot, "q", lambda q: [composite_rigid_body(aligned_joint_frames(robot), q)])
 
 
 @lru_cache(maxsize=64)
 def _bias(robot: Robot) -> ca.Function:
     still = ca.SX(robot.size, 1)
-    return _function("bias", robot, "qv", lambda q, v: [newton_euler(slid(robot), q, v, still)])
+    return _function("bias", robot, "qv", lambda q, v: [newton_euler(aligned_joint_frames(robot), q, v, still)])
 
 
 @lru_cache(maxsize=64)
 def _inverse_dynamics(robot: Robot) -> ca.Function:
-    return _function("inverse_dynamics", robot, "qva", lambda q, v, a: [newton_euler(slid(robot), q, v, a)])
+    return _function(
+        "inverse_dynamics", robot, "qva", lambda q, v, a: [newton_euler(aligned_joint_frames(robot), q, v, a)]
+    )
 
 
 @lru_cache(maxsize=64)
 def _energy_and_momentum(robot: Robot) -> ca.Function:
-    return _function("energy_and_momentum", robot, "qv", lambda q, v: energy_and_momentum(slid(robot), q, v))
+    return _function(
+        "energy_and_momentum", robot, "qv", lambda q, v: energy_and_momentum(aligned_joint_frames(robot), q, v)
+    )
 
 
 @lru_cache(maxsize=64)

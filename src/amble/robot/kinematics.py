@@ -12,9 +12,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from amble.robot.joint_frames import aligned_joint_frames
 from amble.robot.model import Robot
 from amble.robot.rotation import constant, cross, rotation_about
-from amble.robot.sliding import slid
 
 X, Y, Z = np.eye(3)
 
@@ -85,14 +85,14 @@ def _link_pose(robot: Robot, link: int) -> ca.Function:
 
 @lru_cache(maxsize=256)
 def _foot_position(robot: Robot, foot: str) -> ca.Function:
-    robot = slid(robot)
+    robot = aligned_joint_frames(robot)
     q = ca.SX.sym("q", robot.size)
     return ca.Function("foot_position", [q], [ca.densify(q[:3] + base_rotation(q) @ _in_base(robot, foot, q))])
 
 
 @lru_cache(maxsize=256)
 def _foot_jacobian(robot: Robot, foot: str) -> ca.Function:
-    robot = slid(robot)
+    robot = aligned_joint_frames(robot)
     q = ca.SX.sym("q", robot.size)
     rotation, arm = base_rotation(q), _in_base(robot, foot, q)
     jacobian = ca.SX(3, robot.size)
@@ -111,7 +111,7 @@ def _foot_jacobian(robot: Robot, foot: str) -> ca.Function:
 
 @lru_cache(maxsize=256)
 def _foot_bias(robot: Robot, foot: str) -> ca.Function:
-    robot = slid(robot)
+    robot = aligned_joint_frames(robot)
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
     record, poses = robot.foot(foot), link_poses(robot, q)
     axes = angle_axes(q)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.robot.bodies import Body, regrouped
+from amble.robot.inertial_parameters import Body, base_inertial_parameters
 from amble.robot.kinematics import X, Y, Z, angle_axes, base_rotation
 from amble.robot.model import Robot
 from amble.robot.rotation import constant, cross, rotation_about
@@ -49,7 +49,9 @@ def newton_euler(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
     """Return D a + h, (n_q,)."""
     frames = joint_frames(robot, q)
     motions = _motions(robot, frames, _base_motion(q, v, a, robot.gravity), v, a)
-    wrenches = [_inertial_wrench(body, motion) for body, motion in zip(regrouped(robot), motions, strict=True)]
+    wrenches = [
+        _inertial_wrench(body, motion) for body, motion in zip(base_inertial_parameters(robot), motions, strict=True)
+    ]
     total = _gather(robot, frames, wrenches)
     torques = [constant(joint.axis).T @ total[joint.child][1] for joint in robot.joints]
     force, moment = total[0]
@@ -60,7 +62,7 @@ def energy_and_momentum(robot: Robot, q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX,
     """Return kinetic energy, linear momentum and angular momentum about the world origin, world axes."""
     frames, still = joint_frames(robot, q), ca.SX(robot.size, 1)
     motions = _motions(robot, frames, _base_motion(q, v, still, 0.0), v, still)
-    parts = [_momentum(body, motion) for body, motion in zip(regrouped(robot), motions, strict=True)]
+    parts = [_momentum(body, motion) for body, motion in zip(base_inertial_parameters(robot), motions, strict=True)]
     energy = sum(
         0.5 * (ca.dot(linear, motion.velocity) + ca.dot(angular, motion.spin))
         for (linear, angular), motion in zip(parts, motions, strict=True)
@@ -112,14 +114,14 @@ def _swirl(motion: Motion) -> ca.SX:
 
 def _inertial_wrench(body: Body, motion: Motion) -> Wrench:
     """Rate of momentum of a body (Newton, Euler), by which gravity is already an acceleration."""
-    moment, inertia = constant(body.moment), constant(body.inertia)
+    moment, inertia = constant(body.first_moment), constant(body.inertia)
     force = body.mass * motion.acceleration + _swirl(motion) @ moment
     torque = inertia @ motion.turn + cross(motion.spin, inertia @ motion.spin) + cross(moment, motion.acceleration)
     return force, torque
 
 
 def _momentum(body: Body, motion: Motion) -> Wrench:
-    moment = constant(body.moment)
+    moment = constant(body.first_moment)
     linear = body.mass * motion.velocity + cross(motion.spin, moment)
     return linear, constant(body.inertia) @ motion.spin + cross(moment, motion.velocity)
 

@@ -31,8 +31,8 @@ typedef struct {
     const Callee *field, *guards;
     const double *sign;  /* +1: the guard fires rising, -1: falling */
     const double *first; /* clock of the first look at the guard, above 0 */
-    const double *kinks; /* clocks at which a step has to end, ascending */
-    int n, n_guards, n_kinks;
+    const double *breakpoints; /* clocks at which a step has to end, ascending */
+    int n, n_guards, n_breakpoints;
 } Problem;
 
 typedef struct {
@@ -69,7 +69,7 @@ static void combine(int n, const double *x, double length, int stages, const dou
     for (int i = 0; i < n; ++i) y[i] = (x ? x[i] : 0.0) + length * y[i];
 }
 
-static double first_step(const Problem *problem, const double *x, const double *rate, double tolerance, double longest,
+static double first_step(const Problem *problem, const double *x, const double *rate, double tolerance, double time_limit,
                          double *work) {
     const int n = problem->n;
     double d0 = 0, d1 = 0, d2 = 0;
@@ -80,7 +80,7 @@ static double first_step(const Problem *problem, const double *x, const double *
     }
     d0 = sqrt(d0 / n), d1 = sqrt(d1 / n);
     double h0 = (d0 < 1e-5 || d1 < 1e-5) ? 1e-6 : 0.01 * d0 / d1;
-    h0 = fmin(h0, longest);
+    h0 = fmin(h0, time_limit);
     double *y = work, *other = work + n;
     for (int i = 0; i < n; ++i) y[i] = x[i] + h0 * rate[i];
     slope(problem, h0, y, other);
@@ -88,8 +88,8 @@ static double first_step(const Problem *problem, const double *x, const double *
     d2 = sqrt(d2 / n) / h0;
     const double largest = fmax(d1, d2);
     const double h1 = largest <= 1e-15 ? fmax(1e-6, h0 * 1e-3) : pow(0.01 / largest, 1.0 / 8.0);
-    const double h = fmin(fmin(100 * h0, h1), longest);
-    return h > 0 ? h : 1e-6 * longest; /* also for a rate that is not a number: the step itself reports it */
+    const double h = fmin(fmin(100 * h0, h1), time_limit);
+    return h > 0 ? h : 1e-6 * time_limit; /* also for a rate that is not a number: the step itself reports it */
 }
 
 /* weighted error of a step from x to y, accepted when below 1; not a number where a stage is not */
@@ -222,16 +222,16 @@ static void resample(const Path *path, int n, double end, int samples, double *c
     }
 }
 
-/* clock that the next step must not pass: the next kink, or the end */
-static double barrier(const Problem *problem, double clock, double longest) {
-    for (int i = 0; i < problem->n_kinks; ++i)
-        if (problem->kinks[i] > clock && problem->kinks[i] < longest) return problem->kinks[i];
-    return longest;
+/* clock that the next step must not pass: the next breakpoint, or the end */
+static double barrier(const Problem *problem, double clock, double time_limit) {
+    for (int i = 0; i < problem->n_breakpoints; ++i)
+        if (problem->breakpoints[i] > clock && problem->breakpoints[i] < time_limit) return problem->breakpoints[i];
+    return time_limit;
 }
 
-/* Integrate from state x at clock 0 until a guard fires or `longest` is reached.
+/* Integrate from state x at clock 0 until a guard fires or `time_limit` is reached.
  * Writes the samples, the clock at the end, the guard that fired, the number of accepted steps. */
-int amble_flow(const Problem *problem, const Tableau *tableau, const double *start, double tolerance, double longest,
+int amble_flow(const Problem *problem, const Tableau *tableau, const double *start, double tolerance, double time_limit,
                int samples, double *clocks, double *states, double *end, int *fired, int *steps) {
     const int n = problem->n;
     double *work = calloc((size_t)(STAGES + 5) * n + problem->n_guards, sizeof(double));
@@ -244,13 +244,13 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
     for (int guard = 0; guard < problem->n_guards; ++guard) values[guard] = NAN;
     memcpy(x, start, n * sizeof(double));
     slope(problem, 0, x, k);
-    double length = first_step(problem, x, k, tolerance, longest, spare);
-    while (clock < longest) {
-        if (length < 1e-14 * fmax(clock, 1e-3 * longest) || path.count >= MOST_STEPS) {
+    double length = first_step(problem, x, k, tolerance, time_limit, spare);
+    while (clock < time_limit) {
+        if (length < 1e-14 * fmax(clock, 1e-3 * time_limit) || path.count >= MOST_STEPS) {
             status = STUCK;
             break;
         }
-        const double limit = barrier(problem, clock, longest), wanted = length;
+        const double limit = barrier(problem, clock, time_limit), wanted = length;
         const int limited = clock + length >= limit;
         if (limited) length = limit - clock;
         for (int s = 1; s <= STEP_STAGES; ++s) {
@@ -277,7 +277,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
         memcpy(x, y, n * sizeof(double));
         memcpy(k, k + STEP_STAGES * n, n * sizeof(double));
         length *= fmin(factor, rejected ? 1.0 : 10.0);
-        if (limited) length = fmax(length, wanted); /* a step that a kink cut short says little about the next */
+        if (limited) length = fmax(length, wanted); /* a step that a breakpoint cut short says little about the next */
         rejected = 0;
     }
     *end = clock;

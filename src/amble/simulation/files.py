@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError
+from amble.io.storage import replacing
 from amble.simulation.netcdf import Variable, read_netcdf, write_netcdf
 from amble.simulation.trace import Event, Trace
-from amble.storage import replacing
 
 FORMAT = "amble trace"
 FORMAT_VERSION = 1

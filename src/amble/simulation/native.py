@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from amble.errors import WorkError
+from amble.numerics.tableau import dop853
 from amble.simulation.bound import Bound, bind
-from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Course, Flow, Passage
+from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Arc, Flow, FlowDefinition
 from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
-from amble.simulation.tableau import dop853
 from amble.types import Vector
 
 CROSSED, NO_MEMORY = 0, 3
@@ -37,10 +37,10 @@ class _Problem(ctypes.Structure):
         ("guards", ctypes.POINTER(_Callee)),
         ("sign", DOUBLES),
         ("first", DOUBLES),
-        ("kinks", DOUBLES),
+        ("breakpoints", DOUBLES),
         ("n", ctypes.c_int),
         ("n_guards", ctypes.c_int),
-        ("n_kinks", ctypes.c_int),
+        ("n_breakpoints", ctypes.c_int),
     )
 
 
@@ -54,52 +54,52 @@ ARGUMENTS = (
 class NativeFlow:
     """A prepared flow; ``kept`` holds the memory that the C structures point to."""
 
-    course: Course
+    definition: FlowDefinition
     routine: Any
     problem: _Problem
     tableau: _Tableau
     kept: tuple[Any, ...]
 
-    def __call__(self, start: Vector, tolerance: float, longest: float, samples: int) -> Passage:
-        """Integrate from a state at clock 0 until a watched function fires or the flow has lasted ``longest`` (s)."""
+    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int) -> Arc:
+        """Integrate from a state at clock 0 until an event fires or the flow has lasted ``time_limit`` (s)."""
         entry = np.array(start, dtype=np.float64)
         clock, state = np.zeros(samples), np.tile(entry, (samples, 1))
         end, fired, steps = ctypes.c_double(), ctypes.c_int(), ctypes.c_int()
         status = self.routine(
-            ctypes.byref(self.problem), ctypes.byref(self.tableau), doubles(entry), tolerance, longest,
+            ctypes.byref(self.problem), ctypes.byref(self.tableau), doubles(entry), tolerance, time_limit,
             samples, doubles(clock), doubles(state), ctypes.byref(end), ctypes.byref(fired), ctypes.byref(steps),
         )  # fmt: skip
         if status == NO_MEMORY:
-            raise WorkError(f"the simulation of '{self.course.field.name()}' ran out of memory")
+            raise WorkError(f"the simulation of '{self.definition.field.name()}' ran out of memory")
         if status != CROSSED:
-            return Passage(clock, state, None, REASONS[status], steps.value)
-        which, ended = self.course.outcome(fired.value)
-        return Passage(clock, state, which, ended, steps.value)
+            return Arc(clock, state, None, REASONS[status], steps.value)
+        which, ended = self.definition.outcome(fired.value)
+        return Arc(clock, state, which, ended, steps.value)
 
 
-def prepare(course: Course) -> Flow | None:
+def prepare(definition: FlowDefinition) -> Flow | None:
     """Prepare a flow; None where ``library.load`` finds no library or a function might throw."""
     library = load("dormand_prince")
     if library is None:
         return None
-    followed = bind(course.field, course.parameters)
-    watched = [bind(item.function, course.parameters) for item in course.watched]
-    if any(bound.throws for bound in (followed, *watched)):
+    followed = bind(definition.field, definition.parameters)
+    events = [bind(item.function, definition.parameters) for item in definition.events]
+    if any(bound.throws for bound in (followed, *events)):
         return None
     routine = library.amble_flow
     routine.argtypes, routine.restype = ARGUMENTS, ctypes.c_int
-    field, guards = _callee(followed), (_Callee * len(watched))(*map(_callee, watched))
-    sign = np.array([float(item.direction) for item in course.watched])
-    first = np.array([max(item.earliest, RESOLUTION) for item in course.watched])
-    kinks = np.array(course.kinks)
+    field, guards = _callee(followed), (_Callee * len(events))(*map(_callee, events))
+    sign = np.array([float(item.direction) for item in definition.events])
+    first = np.array([max(item.dead_time, RESOLUTION) for item in definition.events])
+    breakpoints = np.array(definition.breakpoints)
     problem = _Problem(
         evaluation(), ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), doubles(sign),
-        doubles(first), doubles(kinks), course.field.numel_in(1), len(watched), kinks.size,
+        doubles(first), doubles(breakpoints), definition.field.numel_in(1), len(events), breakpoints.size,
     )  # fmt: skip
     method = dop853()
     arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
-    kept = (followed, watched, field, guards, sign, first, kinks, arrays)
-    return NativeFlow(course, routine, problem, _Tableau(*map(doubles, arrays)), kept)
+    kept = (followed, events, field, guards, sign, first, breakpoints, arrays)
+    return NativeFlow(definition, routine, problem, _Tableau(*map(doubles, arrays)), kept)
 
 
 def _callee(bound: Bound) -> _Callee:

@@ -19,15 +19,14 @@ def simulate(
     cycles: int,
     tolerance: float = 1e-8,
     samples: int = 21,
-    longest: float = 10.0,
+    time_limit: float = 10.0,
     progress: Progress | None = None,
 ) -> Trace:
     """Simulate a hybrid system from the entry of its first domain.
 
-    A cycle is complete when the first domain is entered again. A motion that falls (the margin ``Domain.alive`` is not
-    positive), that reaches no guard within ``longest``, or that cannot go on (a rate that is
-    not a number) ends the trace early: then
-    ``Trace.ended`` says why, and no error is raised.
+    A cycle is complete when the first domain is entered again. A motion that falls (the margin
+    ``Domain.admissibility`` is not positive), that reaches no guard within ``time_limit``, or that cannot go on (a rate
+    that is not a number) ends the trace early: then ``Trace.ended`` says why, and no error is raised.
 
     Args:
         system: the system.
@@ -35,30 +34,30 @@ def simulate(
         cycles: how many cycles, at least 1.
         tolerance: relative and absolute tolerance of the integrator, between 1e-13 and 1e-2.
         samples: recorded samples a domain, evenly spaced in time from its entry to its end, at least 2.
-        longest: the longest that one domain may last, s.
+        time_limit: the longest that one domain may last, s.
         progress: called after every cycle.
 
     Raises:
         InputError: for a start of another size or that is not finite, and for numbers outside their range.
     """
     began = time.perf_counter()
-    walked = walk(system, start, cycles, tolerance, samples, longest, progress)
-    lengths = [visit.passage.clock.size for visit in walked.visits]
-    clock = np.concatenate([visit.passage.clock for visit in walked.visits])
-    state = np.concatenate([visit.passage.state for visit in walked.visits])
-    domain = np.repeat([visit.domain for visit in walked.visits], lengths)
+    solution = walk(system, start, cycles, tolerance, samples, time_limit, progress)
+    lengths = [part.arc.clock.size for part in solution.arcs]
+    clock = np.concatenate([part.arc.clock for part in solution.arcs])
+    state = np.concatenate([part.arc.state for part in solution.arcs])
+    domain = np.repeat([part.domain for part in solution.arcs], lengths)
     return Trace(
         domains=tuple(candidate.name for candidate in system.domains),
         state_names=system.state_names,
-        time=clock + np.repeat([visit.entered for visit in walked.visits], lengths),
+        time=clock + np.repeat([part.entered for part in solution.arcs], lengths),
         clock=clock,
         domain=domain,
-        cycle=np.repeat([visit.cycle for visit in walked.visits], lengths),
+        cycle=np.repeat([part.cycle for part in solution.arcs], lengths),
         state=state,
         signals=_signals(system, clock, state, domain),
-        events=walked.events,
-        cycles=walked.cycles,
-        ended=walked.ended,
+        events=solution.events,
+        cycles=solution.cycles,
+        ended=solution.ended,
         tolerance=tolerance,
         seconds=time.perf_counter() - began,
     )

@@ -22,7 +22,7 @@ from amble.stability.differences import Differences, difference_check
 from amble.stability.group import closest_shift
 from amble.stability.leading_mode import LeadingMode, leading_mode
 from amble.stability.monodromy import prepare_variational
-from amble.stability.poincare import LONGEST
+from amble.stability.poincare import TIME_LIMIT
 from amble.stability.pseudospectrum import largest_radius
 from amble.stability.quadratic_bound import QuadraticBound, quadratic_bound
 from amble.stability.spectrum import Spectrum, spectrum
@@ -136,7 +136,7 @@ def assess(
     system: HybridSystem,
     state: Vector,
     tolerances: Sequence[float] = TOLERANCES,
-    longest: float = LONGEST,
+    time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
 ) -> Certificate:
     """Compute everything that a certificate holds, without judging it; see ``certify``."""
@@ -146,13 +146,13 @@ def assess(
     swept = []
     for tolerance in sorted(set(tolerances), reverse=True):
         tell(f"variational equations, tolerance {tolerance:g}")
-        there = variational(entry, tolerance, longest)
+        there = variational(entry, tolerance, time_limit)
         swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
     _, there, best = swept[-1]
     differences = difference_check(
         system,
         entry,
-        longest=longest,
+        time_limit=time_limit,
         progress=lambda step, done, of: tell(f"differences, step {step:g}, state {done} of {of}"),
     )
     second = spectrum(system, entry, there.image, differences.matrix)
@@ -182,17 +182,17 @@ def certify(
     state: Vector,
     conditions: Sequence[Row] = (),
     tolerances: Sequence[float] = TOLERANCES,
-    longest: float = LONGEST,
+    time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
 ) -> Certificate:
     """Certify, to the accuracy of the numerics, that the orbit through a fixed point is exponentially stable.
 
     Args:
-        system: the system; a guard that is zero at the entry of the first domain needs ``Transition.earliest``.
+        system: the system; a guard that is zero at the entry of the first domain needs ``Transition.dead_time``.
         state: the fixed point, at the entry of the first domain, (n_x,).
         conditions: what else must hold on the orbit (contacts, limits), as rows.
         tolerances: of the integrator; the last, tightest one counts, the sweep goes into the error bar.
-        longest: the longest that one domain may last, s.
+        time_limit: the longest that one domain may last, s.
         progress: called with what is being computed, in words.
 
     Raises:
@@ -201,7 +201,7 @@ def certify(
             says, or a condition is violated; the message lists the rows.
         FallError: where the motion does not come back.
     """
-    certificate = replace(assess(system, state, tolerances, longest, progress), conditions=tuple(conditions))
+    certificate = replace(assess(system, state, tolerances, time_limit, progress), conditions=tuple(conditions))
     rows = certificate.rows()
     if any(row.violation > 0 for row in rows):
         raise CertificateError(rows)

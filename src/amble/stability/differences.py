@@ -16,7 +16,7 @@ import numpy as np
 
 from amble.errors import FallError, InputError
 from amble.hybrid import HybridSystem
-from amble.stability.poincare import LONGEST, poincare_map
+from amble.stability.poincare import TIME_LIMIT, poincare_map
 from amble.types import Matrix, Vector, frozen
 
 STEPS = (1e-3, 1e-4, 1e-5)
@@ -51,18 +51,18 @@ def difference_check(
     state: Vector,
     steps: Sequence[float] = STEPS,
     tolerance: float = TOLERANCE,
-    longest: float = LONGEST,
+    time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
 ) -> Differences:
     """Differentiate the Poincare map by central differences of order 4.
 
     Args:
-        system: the system. A guard that is zero at the entry of the first domain needs ``Transition.earliest``.
+        system: the system. A guard that is zero at the entry of the first domain needs ``Transition.dead_time``.
         state: where, (n_x,).
         steps: the sweep, at least two different steps; the same for every state. The smallest are not taken where
             larger ones agree well or the distances begin to grow.
         tolerance: of the integrator.
-        longest: the longest that one domain may last, s.
+        time_limit: the longest that one domain may last, s.
         progress: called after every state with the step, the states done and all states.
 
     Raises:
@@ -77,7 +77,7 @@ def difference_check(
     reason = ""
     for step in ordered:
         try:
-            matrices.append(_central(system, state, step, tolerance, longest, progress))
+            matrices.append(_central(system, state, step, tolerance, time_limit, progress))
         except FallError as error:
             matrices.append(None)
             reason = str(error)
@@ -101,13 +101,13 @@ def _settled(newest: Matrix | None, distances: Sequence[float]) -> bool:
 
 
 def _central(
-    system: HybridSystem, state: Vector, step: float, tolerance: float, longest: float, progress: Progress | None
+    system: HybridSystem, state: Vector, step: float, tolerance: float, time_limit: float, progress: Progress | None
 ) -> Matrix:
     columns: list[Vector] = []
     for direction in np.eye(system.state_size):
         near, far = (
-            poincare_map(system, state + size * direction, tolerance, longest)
-            - poincare_map(system, state - size * direction, tolerance, longest)
+            poincare_map(system, state + size * direction, tolerance, time_limit)
+            - poincare_map(system, state - size * direction, tolerance, time_limit)
             for size in (step, 2 * step)
         )
         columns.append((8 * near - far) / (12 * step))

@@ -19,7 +19,7 @@ from amble.errors import FallError, NotSolvedError, Row
 from amble.hybrid import HybridSystem
 from amble.stability.group import Shift, closest_shift, generators
 from amble.stability.monodromy import Monodromy, Variational, prepare_variational
-from amble.stability.poincare import LONGEST, TOLERANCE
+from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Vector, frozen
 
 SMALLEST_SHARE = 2.0**-10
@@ -73,7 +73,7 @@ def fixed_point(
     guess: Vector,
     accuracy: float = 1e-10,
     tolerance: float = TOLERANCE,
-    longest: float = LONGEST,
+    time_limit: float = TIME_LIMIT,
     iterations: int = 30,
     progress: Progress | None = None,
 ) -> FixedPoint:
@@ -84,7 +84,7 @@ def fixed_point(
         guess: state at the entry of the first domain, (n_x,); along the symmetries the solution keeps its values.
         accuracy: largest |P(x) - g x| that counts as solved; one step more is taken then, and kept if it is better.
         tolerance: of the integrator.
-        longest: the longest that one domain may last, s.
+        time_limit: the longest that one domain may last, s.
         iterations: the most Newton steps.
         progress: called after every step.
 
@@ -95,7 +95,7 @@ def fixed_point(
     variational = prepare_variational(system)
 
     def evaluate(state: Vector) -> _Iterate:
-        return _evaluate(system, variational, state, tolerance, longest)
+        return _evaluate(system, variational, state, tolerance, time_limit)
 
     current = evaluate(np.array(guess, dtype=np.float64).reshape(-1))
     history = [current.size]
@@ -121,9 +121,9 @@ def fixed_point(
 
 
 def _evaluate(
-    system: HybridSystem, variational: Variational, state: Vector, tolerance: float, longest: float
+    system: HybridSystem, variational: Variational, state: Vector, tolerance: float, time_limit: float
 ) -> _Iterate:
-    there = variational(state, tolerance, longest)
+    there = variational(state, tolerance, time_limit)
     return _Iterate(state, there, closest_shift(system, state, there.image))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from amble.errors import InputError, WorkError
 from amble.hybrid import Domain, HybridSystem
 from amble.hybrid.system import FIELD_ARGUMENTS, numeric
-from amble.simulation.flow import TOO_LONG, Course, prepare_course
+from amble.simulation.flow import TOO_LONG, FlowDefinition, prepare_flow
 from amble.stability.monodromy import augmented
 from amble.types import Matrix, Vector, frozen
 
@@ -68,7 +68,7 @@ def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
     weighted = [both[size + i] * symmetry.generator(both[:size]) for i, symmetry in enumerate(system.symmetries)]
     rate = ca.vertcat(ca.densify(sum(weighted, start=ca.MX.zeros(size))), ca.DM.zeros(count))
     field = ca.Function("symmetry", [clock, both, parameters], [rate], FIELD_ARGUMENTS, ["rate"])
-    flow = prepare_course(Course(augmented(Domain("symmetry", field)), frozen([])))
+    flow = prepare_flow(FlowDefinition(augmented(Domain("symmetry", field)), frozen([])))
     start = np.concatenate([state, amounts, np.eye(size + count).reshape(-1)])
     passed = flow(start, TOLERANCE, 1.0, 2)
     if passed.ended != TOO_LONG:

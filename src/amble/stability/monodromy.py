@@ -15,7 +15,7 @@ textbook's, with the clock as one more state, has besides those of (1) the 1 of 
 depends on the clock, the textbook's product for x alone has that 1 in place of one 0 of (1).
 
 The multipliers are those of one cycle of the system that is given. A system that closes half a gait cycle by a mirror M
-(``gait.closed_loop`` with ``half``) has P = M Q, Q the passage through its domains; the second half of the gait is
+(``gait.closed_loop`` with ``half``) has P = M Q, Q the arc through its domains; the second half of the gait is
 M Q M, so the full cycle is M Q M Q = P P, and its multipliers are the squares of those of P.
 """
 
@@ -29,10 +29,10 @@ import numpy as np
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.names import identifier
-from amble.simulation.flow import Course, Flow, Watched, prepare_course, watched_functions
-from amble.simulation.walk import Stage, prepare_stage
+from amble.simulation.flow import EventFunction, Flow, FlowDefinition, event_functions, prepare_flow
+from amble.simulation.walk import PreparedDomain, prepare_domain
 from amble.stability.derivatives import field_jacobian, slopes
-from amble.stability.poincare import LONGEST, TOLERANCE
+from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Matrix, Vector, frozen
 
 GRAZING = 1e-9
@@ -65,54 +65,56 @@ class Monodromy:
 class Variational:
     """The variational equations of a system, prepared for repeated use: one flow of (x, Phi) a domain."""
 
-    steps: tuple[tuple[Stage, Flow], ...]
+    steps: tuple[tuple[PreparedDomain, Flow], ...]
 
-    def __call__(self, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST) -> Monodromy:
+    def __call__(self, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT) -> Monodromy:
         """Return the Poincare map and its derivative; see ``monodromy``."""
         entry = np.array(state, dtype=np.float64).reshape(-1)
         size = entry.size
         factors, durations = [], []
         total = np.eye(size)
-        for stage, flow in self.steps:
-            domain, transition = stage.domain, stage.leaving[0]
-            barrier = stage.barred(entry)
+        for here, flow in self.steps:
+            domain, transition = here.domain, here.leaving[0]
+            barrier = here.barred(entry)
             if barrier:
                 raise FallError(f"the motion {barrier} at the entry of domain '{domain.name}'")
             start = np.concatenate([entry, np.eye(size).reshape(-1)])
-            passed = flow(start, tolerance, longest, 2)
+            passed = flow(start, tolerance, time_limit, 2)
             if passed.fired is None:
                 raise FallError(f"the motion {passed.ended} in domain '{domain.name}' after {passed.clock[-1]:.6g} s")
             clock, before = float(passed.clock[-1]), passed.state[-1, :size]
             transported = passed.state[-1, size:].reshape(size, size, order="F")
             factor = event_factor(domain, transition, clock, before) @ transported
-            entry = stage.reset(0, clock, before)
+            entry = here.reset(0, clock, before)
             total = factor @ total
             factors.append(frozen(factor))
             durations.append(clock)
         return Monodromy(frozen(entry), frozen(total), tuple(factors), tuple(durations))
 
 
-def monodromy(system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST) -> Monodromy:
+def monodromy(
+    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
+) -> Monodromy:
     """Differentiate the Poincare map at a state by variational equations.
 
     Args:
         system: the system; its domains form one cycle.
         state: at the entry of the first domain, (n_x,).
         tolerance: of the integrator, relative and absolute, for the state and its derivative alike.
-        longest: the longest that one domain may last, s.
+        time_limit: the longest that one domain may last, s.
 
     Raises:
         FallError: where the motion does not come back.
         InputError: where the graph is not one cycle, or a function cannot be differentiated.
         WorkError: where the orbit only grazes a guard, so that the map has no derivative.
     """
-    return prepare_variational(system)(state, tolerance, longest)
+    return prepare_variational(system)(state, tolerance, time_limit)
 
 
 def prepare_variational(system: HybridSystem) -> Variational:
     """Build the variational equations of a system; errors as in ``monodromy``."""
     return Variational(
-        tuple((prepare_stage(system, domain.name), _flow(domain, leaving)) for domain, leaving in system.cycle())
+        tuple((prepare_domain(system, domain.name), _flow(domain, leaving)) for domain, leaving in system.cycle())
     )
 
 
@@ -131,15 +133,15 @@ def _flow(domain: Domain, leaving: Transition) -> Flow:
     arguments = _symbols(domain)
     clock, both, parameters = arguments
     lifted = tuple(
-        Watched(
+        EventFunction(
             ca.Function(f"{item.function.name()}_lifted", arguments, [item.function(clock, both[:size], parameters)]),
             item.direction,
-            item.earliest,
+            item.dead_time,
         )
-        for item in watched_functions(domain, (leaving,))
+        for item in event_functions(domain, (leaving,))
     )
-    mortal = domain.alive is not None
-    return prepare_course(Course(augmented(domain), domain.parameters, lifted, mortal, domain.kinks))
+    has_margin = domain.admissibility is not None
+    return prepare_flow(FlowDefinition(augmented(domain), domain.parameters, lifted, has_margin, domain.breakpoints))
 
 
 def _symbols(domain: Domain) -> list[ca.MX]:

@@ -13,17 +13,19 @@ from amble.simulation.walk import walk
 from amble.types import Vector
 
 TOLERANCE = 1e-12
-LONGEST = 10.0
+TIME_LIMIT = 10.0
 
 
-def poincare_map(system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST) -> Vector:
+def poincare_map(
+    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
+) -> Vector:
     """Map the entry state of the first domain to the next one, one cycle later.
 
     Args:
         system: the system.
         state: at the entry of the first domain, (n_x,).
         tolerance: of the integrator, relative and absolute.
-        longest: the longest that one domain may last, s.
+        time_limit: the longest that one domain may last, s.
 
     Returns:
         The state at the next entry of the first domain, (n_x,).
@@ -32,14 +34,14 @@ def poincare_map(system: HybridSystem, state: Vector, tolerance: float = TOLERAN
         FallError: where the motion does not come back; the message says why and when.
         InputError: for a state of another size or that is not finite.
     """
-    return passage(system, state, tolerance, longest)[0]
+    return arc(system, state, tolerance, time_limit)[0]
 
 
-def passage(
-    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST
+def arc(
+    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
 ) -> tuple[Vector, float]:
     """Return the image of the Poincare map and how long the cycle took (s); see ``poincare_map``."""
-    walked = walk(system, state, 1, tolerance, 2, longest)
-    if not walked.cycles:
-        raise FallError(walked.ended)
-    return walked.events[-1].after, walked.events[-1].time
+    solution = walk(system, state, 1, tolerance, 2, time_limit)
+    if not solution.cycles:
+        raise FallError(solution.ended)
+    return solution.events[-1].after, solution.events[-1].time

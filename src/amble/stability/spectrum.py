@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from amble.hybrid import HybridSystem
 from amble.stability.group import closest_shift, generators
 from amble.stability.monodromy import monodromy
-from amble.stability.poincare import LONGEST, TOLERANCE
+from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Matrix, Vector, frozen
 
 
@@ -57,7 +57,7 @@ class Spectrum:
 
 
 def multipliers(
-    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, longest: float = LONGEST
+    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
 ) -> Spectrum:
     """Return the multipliers of the orbit through a fixed point, by variational equations.
 
@@ -65,13 +65,13 @@ def multipliers(
         system: the system.
         state: the fixed point, (n_x,).
         tolerance: of the integrator.
-        longest: the longest that one domain may last, s.
+        time_limit: the longest that one domain may last, s.
 
     Raises:
         FallError: where the motion does not come back.
         InputError: where the symmetries are dependent or a function cannot be differentiated.
     """
-    there = monodromy(system, state, tolerance, longest)
+    there = monodromy(system, state, tolerance, time_limit)
     return spectrum(system, state, there.image, there.matrix)
 
 

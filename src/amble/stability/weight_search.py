@@ -14,10 +14,10 @@ from amble.gait import Feedback, Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import HybridSystem
 from amble.stability.bilinear import TRACE
+from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedback
 from amble.stability.fixed_point import FixedPoint
 from amble.stability.lyapunov import smoothed_radius
 from amble.stability.orbit import Orbit, sample_orbit
-from amble.stability.own_orbit import own_feedback, own_fixed_point
 from amble.stability.weighted_map import WeightedMap, Weighting, weighted_map
 from amble.types import Vector
 
@@ -76,7 +76,7 @@ class WeightSearch:
         _require(gait, free)
         feedback = own_feedback(gait)
         whole = replace(gait, feedback=feedback)
-        system, found = own_fixed_point(whole)
+        system, found = closed_loop_fixed_point(whole)
         feedback = replace(feedback, start=np.array(found.state))
         return cls(gait, feedback, _weighting(whole, feedback, free), _sampled(whole, system, found))
 
@@ -96,7 +96,7 @@ class WeightSearch:
             WorkError: it is another gait's.
         """
         gait = self.gait_with(theta)
-        system, found = own_fixed_point(gait)
+        system, found = closed_loop_fixed_point(gait)
         drift = float(np.abs(found.state - self.feedback.start)[2:].max())
         if drift > LARGEST_DRIFT:
             raise WorkError(f"new output weights moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")

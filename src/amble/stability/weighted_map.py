@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.control.feedforward import repacked
+from amble.control.virtual_constraints import repacked
 from amble.simulation.bound import bind
 from amble.stability.orbit import PANELS, STAGES, DomainOrbit, GaussRule, Orbit
 from amble.types import Matrix, NodeValues, Vector

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.hybrid import Stance, Switch
-from amble.maths.collocation import HERMITE_SIMPSON, node_positions
+from amble.numerics.collocation import HERMITE_SIMPSON, node_positions
 from amble.synthesis.problem import GaitProblem
 from amble.types import NodeValues, Vector
 

@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 
 from amble.hybrid import stance_jacobian
-from amble.maths.collocation import HERMITE_SIMPSON
 from amble.names import identifier
+from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
 from amble.synthesis.assembly import Block
 from amble.synthesis.layout import DomainLayout, Layout

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from amble.control import Redundancy, free_directions
+from amble.control import Redundancy, torque_null_space
 from amble.errors import InputError
 from amble.hybrid import selection, stance_bias, stance_jacobian
-from amble.maths.bezier import bezier
-from amble.maths.collocation import HERMITE_SIMPSON, node_weights
 from amble.names import identifier
+from amble.numerics.bezier import bezier
+from amble.numerics.collocation import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.model import ACCELERATION, RATE
 from amble.synthesis.assembly import Block
@@ -121,11 +121,13 @@ def _output_rows(
 
 
 def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX) -> ca.SX:
-    """Rows of the allocation law, built on the same null space as the controller's."""
+    """Rows of the allocation law, built on the same torque_basis space as the controller's."""
     robot, feet = problem.pattern.robot, domain.stance.feet
-    null, squeeze = free_directions(robot, feet, q)
+    torque_basis, force_basis = torque_null_space(robot, feet, q)
     speeds = v[robot.size - len(robot.joints) :]
-    return ca.densify(problem.law.rows(Redundancy(robot, feet, u, null, lam, squeeze, speeds)))
+    return ca.densify(
+        problem.law.optimality_conditions(Redundancy(robot, feet, u, torque_basis, lam, force_basis, speeds))
+    )
 
 
 def _friction_rows(feet: int, lam: ca.SX, parameters: ProgramParameters) -> ca.SX:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.errors import Row
-from amble.gait import Multipliers, SolverReport
+from amble.gait import LagrangeMultipliers, SolverReport
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.threads import single_threaded
 from amble.synthesis.watch import Iteration, Progress, Watch
@@ -46,7 +46,7 @@ class Solution:
     """
 
     variables: NDArray[np.float64]
-    multipliers: Multipliers | None
+    multipliers: LagrangeMultipliers | None
     report: SolverReport
     rows: tuple[Row, ...]
 
@@ -61,7 +61,7 @@ def solve(
     start: NDArray[np.float64],
     tolerance: float = 1e-8,
     most_iterations: int = 500,
-    warm: Multipliers | None = None,
+    warm: LagrangeMultipliers | None = None,
     progress: Progress | None = None,
 ) -> Solution:
     """Solve from scaled start variables.
@@ -166,7 +166,7 @@ def _solution(program: GaitProgram, result: Any, stats: dict[str, Any], seconds:
     rows = violated_rows(program, variables, values)
     bounds, forces = (_rounded(np.array(result[key]).ravel()) for key in ("lam_x", "lam_g"))
     solved = report.status in SOLVED
-    return Solution(variables, Multipliers(bounds, forces) if solved else None, report, rows)
+    return Solution(variables, LagrangeMultipliers(bounds, forces) if solved else None, report, rows)
 
 
 def _rounded(values: NDArray[np.float64]) -> Vector:
@@ -174,7 +174,7 @@ def _rounded(values: NDArray[np.float64]) -> Vector:
     return frozen(np.array([float(f"{value:.6g}") for value in values]))
 
 
-def _warm_options(warm: Multipliers | None) -> dict[str, Any]:
+def _warm_options(warm: LagrangeMultipliers | None) -> dict[str, Any]:
     if warm is None:
         return {}
     pushes = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from amble.errors import InputError, UnknownNameError
-from amble.synthesis.quantities import parse_quantity
+from amble.io.units import parse_quantity
 
 
 def _parser(dimension: str) -> Callable[[Any], float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.synthesis.guess import walking
+from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
@@ -60,7 +60,7 @@ def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterati
     for problem in problems:
         began = time.perf_counter()
         program = build_program(problem)
-        start = walking(problem, program.layout) / program.layout.scale
+        start = initial_guess(problem, program.layout) / program.layout.scale
         if rows is None:
             require_full_rank(*on_coarse_mesh(program, start * program.layout.scale))
             rows = program.program.row_names

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from amble.errors import NotSolvedError, Row
-from amble.gait import Gait, Multipliers
-from amble.synthesis.guess import walking
+from amble.gait import Gait, LagrangeMultipliers
+from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
@@ -54,7 +54,7 @@ def synthesize(
     """
     program = build_program(problem)
     layout = program.layout
-    natural = walking(problem, layout) if start is None else from_gait(start, layout)
+    natural = initial_guess(problem, layout) if start is None else from_gait(start, layout)
     require_full_rank(*on_coarse_mesh(program, natural))
     multipliers = None if start is None else _fitting(start.multipliers, program)
     solution = _solve(program, natural / layout.scale, multipliers, tolerance, most_iterations, progress)
@@ -67,7 +67,7 @@ def synthesize(
 def _solve(
     program: GaitProgram,
     start: Vector,
-    multipliers: Multipliers | None,
+    multipliers: LagrangeMultipliers | None,
     tolerance: float,
     most_iterations: int,
     progress: Progress | None,
@@ -89,8 +89,8 @@ def _solve(
     return replace(again, report=report)
 
 
-def _fitting(multipliers: Multipliers | None, program: GaitProgram) -> Multipliers | None:
-    """Multipliers of a program with as many variables and rows; None for those of another mesh."""
+def _fitting(multipliers: LagrangeMultipliers | None, program: GaitProgram) -> LagrangeMultipliers | None:
+    """LagrangeMultipliers of a program with as many variables and rows; None for those of another mesh."""
     if multipliers is None:
         return None
     sizes = multipliers.bounds.size, multipliers.rows.size

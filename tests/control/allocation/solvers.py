@@ -78,7 +78,7 @@ def bounded_program(name: str, sample: Sample) -> Program:
     """Variables s: exact cones for two feet, the inner pyramid for more; forces relative to the weight's share."""
     N, k = sample.null, sample.null.shape[1]
     share = weight_share(name, len(sample.forces) // 3)
-    W, forces, least = sample.squeeze / share, sample.forces / share, NORMAL / share
+    W, forces, least = sample.force_basis / share, sample.forces / share, NORMAL / share
     steered = np.any(N != 0.0, axis=1)
     a, B = sample.torques[steered] / efforts(name)[steered], N[steered] / efforts(name)[steered][:, None]
     rows, right = [B, -B, -W[2::3]], [1.0 - a, 1.0 + a, forces[2::3] - least]

@@ -27,7 +27,7 @@ class Sample:
     torques: Vector
     null: Matrix
     forces: Vector
-    squeeze: Matrix
+    force_basis: Matrix
     speeds: Vector
 
 
@@ -42,9 +42,9 @@ def dynamics(name: str, count: int) -> ca.Function:
     robot = robots.robot(name)
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
     motion = constrained_dynamics(robot, stance_feet(robot, count), q, v)
-    squeeze = internal_forces(motion.positions)
-    null = -motion.jacobian[:, 6:].T @ squeeze
-    parts = [motion.free_acceleration, motion.input_map, motion.free_force, motion.force_map, null, squeeze]
+    force_basis = internal_forces(motion.positions)
+    null = -motion.jacobian[:, 6:].T @ force_basis
+    parts = [motion.free_acceleration, motion.input_map, motion.free_force, motion.force_map, null, force_basis]
     return ca.Function("dynamics", [q, v], parts)
 
 
@@ -60,13 +60,13 @@ def chooser(name: str, count: int, law: AllocationLaw) -> ca.Function:
         ca.SX.sym("speeds", 12),
     ]
     redundancy = Redundancy(robot, stance_feet(robot, count), *symbols)
-    s = law.choose(redundancy)
-    return ca.Function("choose", symbols, [s, *law.diagnostics(redundancy, s).values()])
+    s = law.allocate(redundancy)
+    return ca.Function("allocate", symbols, [s, *law.diagnostics(redundancy, s).values()])
 
 
-def choose(name: str, count: int, law: AllocationLaw, sample: Sample) -> list[Vector]:
+def allocate(name: str, count: int, law: AllocationLaw, sample: Sample) -> list[Vector]:
     """Evaluate a law at one sample: s, then its diagnostics."""
-    parts = (sample.torques, sample.null, sample.forces, sample.squeeze, sample.speeds)
+    parts = (sample.torques, sample.null, sample.forces, sample.force_basis, sample.speeds)
     found = chooser(name, count, law).call([ca.DM(part) for part in parts])
     return [np.asarray(part.full()).ravel() for part in found]
 
@@ -99,10 +99,10 @@ def samples(name: str, count: int, number: int, seed: int = 0, spread: float = 0
     effort = np.array([joint.effort for joint in robot.joints])
     found = []
     for q, v in zip(*random_postures(name, number, seed), strict=True):
-        _, _, free, slope, null, squeeze = (np.asarray(part.full()) for part in function(q, v))
+        _, _, free, slope, null, force_basis = (np.asarray(part.full()) for part in function(q, v))
         share = robot.mass * robot.gravity / count
         wanted = np.tile([0.0, 0.0, share], count) + generator.normal(0.0, spread * share, 3 * count)
         torques = np.linalg.lstsq(slope, wanted - free[:, 0], rcond=1e-8)[0]
         torques += generator.normal(0.0, spread, 12) * effort * generator.uniform(0.0, 1.0)
-        found.append(Sample(torques, null, free[:, 0] + slope @ torques, squeeze, v[6:]))
+        found.append(Sample(torques, null, free[:, 0] + slope @ torques, force_basis, v[6:]))
     return found

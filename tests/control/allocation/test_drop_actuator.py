@@ -34,7 +34,7 @@ def redundancy(feet: tuple[str, ...], free: int) -> Redundancy:
         (("fr_ankle",), UnknownNameError, "unknown joint 'fr_ankle'; known: fl_hip_yaw"),
     ],
 )
-@pytest.mark.parametrize("method", ["rows", "choose"])
+@pytest.mark.parametrize("method", ["optimality_conditions", "allocate"])
 def test_what_cannot_be_dropped(joints: tuple[str, ...], error: type[InputError], says: str, method: str) -> None:
     with pytest.raises(error, match=says):
         getattr(DropActuator(joints), method)(redundancy(("rl", "fr"), 1))
@@ -56,12 +56,12 @@ def test_dropped_joints_carry_no_torque(count: int, joints: tuple[str, ...]) -> 
         feet, sample = stance_feet(robot("astro"), count), samples("astro", count, 1)[0]
     free = {1: 0, 2: 1, 3: 3}[count]
     at, law = redundancy(feet, free), DropActuator(joints)
-    assert law.rows(at).shape == (free, 1)
-    assert law.choose(at).shape == (free, 1)
+    assert law.optimality_conditions(at).shape == (free, 1)
+    assert law.allocate(at).shape == (free, 1)
     if sample is None:
         return
-    torques = at.torques + at.null @ law.choose(at)
-    function = ca.Function("dropped", [at.torques, at.null], [torques])
+    torques = at.torques + at.torque_basis @ law.allocate(at)
+    function = ca.Function("dropped", [at.torques, at.torque_basis], [torques])
     values = np.asarray(function(sample.torques, sample.null)).ravel()
     standing = [joint for foot in feet for joint in robot("astro").legs[foot]]
     for joint in joints:

@@ -28,7 +28,7 @@ from tests.control.allocation.solvers import (
     peak_program,
     power_program,
 )
-from tests.control.allocation.stances import FRICTION, NAMES, NORMAL, Sample, choose, samples, stance_feet
+from tests.control.allocation.stances import FRICTION, NAMES, NORMAL, Sample, allocate, samples, stance_feet
 
 STATES = 1000
 STANCES = [(name, count) for name in NAMES for count in (2, 3, 4)]
@@ -40,7 +40,7 @@ OBJECTIVE, TORQUE = 1e-7, 1e-5
 
 
 def chosen(name: str, count: int, law: object, sample: Sample) -> Vector:
-    return choose(name, count, law, sample)[0]  # type: ignore[arg-type]
+    return allocate(name, count, law, sample)[0]  # type: ignore[arg-type]
 
 
 def power(sample: Sample, s: Vector) -> float:
@@ -153,8 +153,8 @@ def _nonnegative_fit(rows: np.ndarray, target: Vector) -> Vector:
 def test_missed_limits_are_reported_by_how_much(name: str) -> None:
     missed = 0
     for sample in samples(name, 2, 300, seed=5):
-        s, margin = choose(name, 2, BOUNDED, sample)
-        u, forces = sample.torques + sample.null @ s, (sample.forces + sample.squeeze @ s).reshape(2, 3)
+        s, margin = allocate(name, 2, BOUNDED, sample)
+        u, forces = sample.torques + sample.null @ s, (sample.forces + sample.force_basis @ s).reshape(2, 3)
         expected = [
             1.0 - np.max(np.abs(u) / efforts(name)),
             np.min(FRICTION * forces[:, 2] - np.hypot(forces[:, 0], forces[:, 1])),
@@ -206,7 +206,7 @@ def test_programs_say_the_same_as_cvxpy(name: str, count: int) -> None:
         assert peak_program(name, sample).solve()[0][0] == pytest.approx(best, rel=1e-6)
         limits = [cp.abs(relative) <= 1.0]
         for foot in range(count):
-            force = sample.forces[3 * foot : 3 * foot + 3] + sample.squeeze[3 * foot : 3 * foot + 3] @ s
+            force = sample.forces[3 * foot : 3 * foot + 3] + sample.force_basis[3 * foot : 3 * foot + 3] @ s
             limits.append(force[2] >= NORMAL)
             side = cp.norm(force[:2]) if count == 2 else np.sqrt(2.0) * cp.norm_inf(force[:2])
             limits.append(side <= FRICTION * force[2])
@@ -235,22 +235,22 @@ def test_weighted_minimum_norm_is_a_least_squares_solution(name: str, count: int
 def _choose_unhashed(name: str, count: int, law: WeightedMinimumNorm, sample: Sample) -> object:
     """The law on numbers, as casadi constants: a mapping of weights cannot key a cache of functions."""
     robot = robots.robot(name)
-    parts = (sample.torques, sample.null, sample.forces, sample.squeeze, sample.speeds)
-    return ca.DM(law.choose(Redundancy(robot, stance_feet(robot, count), *(ca.SX(ca.DM(part)) for part in parts))))
+    parts = (sample.torques, sample.null, sample.forces, sample.force_basis, sample.speeds)
+    return ca.DM(law.allocate(Redundancy(robot, stance_feet(robot, count), *(ca.SX(ca.DM(part)) for part in parts))))
 
 
 @pytest.mark.parametrize(("name", "count"), STANCES)
 def test_rows_of_the_gait_problem_vanish_where_the_controller_stays(name: str, count: int) -> None:
-    """One law, two uses: the torques that ``choose`` gives fulfil ``rows``."""
+    """One law, two uses: the torques that ``allocate`` gives fulfil ``rows``."""
     robot = robots.robot(name)
     for law in (PseudoInverse(), WeightedMinimumNorm({robot.joint_names[0]: 5.0, robot.joint_names[7]: 0.3})):
         for sample in samples(name, count, 10, seed=13):
             feet = stance_feet(robot, count)
-            parts = [ca.SX(ca.DM(part)) for part in (sample.null, sample.forces, sample.squeeze, sample.speeds)]
+            parts = [ca.SX(ca.DM(part)) for part in (sample.null, sample.forces, sample.force_basis, sample.speeds)]
             least = sample.torques + sample.null @ _least_norm(sample)
             found = Redundancy(robot, feet, ca.SX(ca.DM(least)), *parts)
-            u = ca.SX(ca.DM(least)) + found.null @ law.choose(found)
-            rows = ca.DM(law.rows(Redundancy(robot, feet, u, *parts)))
+            u = ca.SX(ca.DM(least)) + found.null @ law.allocate(found)
+            rows = ca.DM(law.optimality_conditions(Redundancy(robot, feet, u, *parts)))
             assert np.max(np.abs(rows.full())) <= 1e-10 * np.linalg.norm(least) * np.abs(sample.null).max() * 5.0
 
 
@@ -284,7 +284,7 @@ def test_the_bounded_law_is_continuous_along_a_line_of_states(name: str) -> None
     for share in np.linspace(0.0, 1.0, steps):
         parts = [
             (1.0 - share) * getattr(first, part) + share * getattr(last, part)
-            for part in ("torques", "null", "forces", "squeeze", "speeds")
+            for part in ("torques", "null", "forces", "force_basis", "speeds")
         ]
         sample = Sample(*parts)
         found.append(sample.torques + sample.null @ chosen(name, 2, BOUNDED, sample))
@@ -297,7 +297,7 @@ def test_the_bounded_law_is_continuous_along_a_line_of_states(name: str) -> None
 @pytest.mark.parametrize("law", [MinimumPower(), MinimumPeak(), BOUNDED])
 def test_laws_with_kinks_close_no_gait_problem(law: MinimumPower) -> None:
     with pytest.raises(InputError, match="not smooth"):
-        law.rows(None)  # type: ignore[arg-type]
+        law.optimality_conditions(None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("law", [PseudoInverse(), DropActuator(()), MinimumPower(), MinimumPeak(), BOUNDED])
@@ -305,4 +305,4 @@ def test_one_foot_leaves_nothing_to_choose(law: PseudoInverse) -> None:
     nothing = ca.SX(12, 0)
     robot = robots.robot("astro")
     redundancy = Redundancy(robot, ("fl",), ca.SX.ones(12), nothing, ca.SX.ones(3), ca.SX(3, 0), ca.SX.ones(12))
-    assert law.choose(redundancy).numel() == 0
+    assert law.allocate(redundancy).numel() == 0

@@ -6,7 +6,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.control.allocation.line import Interval, above, band, common, inside_cone, lowest_peak, lowest_with_kinks
+from amble.control.allocation.line import (
+    Interval,
+    above,
+    band,
+    common,
+    inside_cone,
+    lowest_peak,
+    lowest_with_breakpoints,
+)
 
 GRID = np.linspace(-50.0, 50.0, 200001)
 STEP = GRID[1] - GRID[0]
@@ -21,13 +29,15 @@ def test_lowest_with_kinks(seed: int) -> None:
     generator = np.random.default_rng(seed)
     count = int(generator.integers(0, 8))
     a, b = generator.uniform(0.1, 3.0), generator.normal(0.0, 5.0)
-    kinks, weights = generator.normal(0.0, 5.0, count), np.abs(generator.normal(0.0, 4.0, count))
+    breakpoints, weights = generator.normal(0.0, 5.0, count), np.abs(generator.normal(0.0, 4.0, count))
     if count > 2:
-        kinks[1], weights[2] = kinks[0], 0.0  # equal kinks, and one without weight
-    s = number(lowest_with_kinks(ca.SX(a), ca.SX(b), [ca.SX(k) for k in kinks], [ca.SX(w) for w in weights]))
+        breakpoints[1], weights[2] = breakpoints[0], 0.0  # equal breakpoints, and one without weight
+    s = number(
+        lowest_with_breakpoints(ca.SX(a), ca.SX(b), [ca.SX(k) for k in breakpoints], [ca.SX(w) for w in weights])
+    )
 
     def cost(at: np.ndarray) -> np.ndarray:
-        return 0.5 * a * at**2 + b * at + np.sum(weights[:, None] * np.abs(at - kinks[:, None]), axis=0)
+        return 0.5 * a * at**2 + b * at + np.sum(weights[:, None] * np.abs(at - breakpoints[:, None]), axis=0)
 
     assert cost(np.array([s]))[0] <= cost(GRID).min() + 1e-12
     assert s == pytest.approx(GRID[np.argmin(cost(GRID))], abs=2.0 * STEP)

@@ -18,11 +18,11 @@ from amble.control import (
     WeightedMinimumNorm,
     internal_forces,
 )
-from amble.control.feedforward import Feedforward, pack
 from amble.control.linearisation import linearise
+from amble.control.virtual_constraints import VirtualConstraints, pack
 from amble.hybrid import stance_jacobian
 from tests import robots
-from tests.control.allocation.stances import NAMES, choose, dynamics, random_postures, samples, stance_feet
+from tests.control.allocation.stances import NAMES, allocate, dynamics, random_postures, samples, stance_feet
 
 TABLE = {2: (11, 1), 3: (9, 3), 4: (6, 6)}
 
@@ -32,14 +32,14 @@ TABLE = {2: (11, 1), 3: (9, 3), 4: (6, 6)}
 def test_rank_and_null_space_are_those_of_the_table(name: str, count: int) -> None:
     rank, free = TABLE[count]
     for q, v in zip(*random_postures(name, 10, seed=1), strict=True):
-        _, G, _, slope, null, squeeze = (np.asarray(part.full()) for part in dynamics(name, count)(q, v))
+        _, G, _, slope, null, force_basis = (np.asarray(part.full()) for part in dynamics(name, count)(q, v))
         values = np.linalg.svd(G, compute_uv=False)
         assert values[rank - 1] > 1e-4 * values[0]
         assert np.all(values[rank:] < 1e-10 * values[0])
         assert null.shape[1] == np.linalg.matrix_rank(null) == free
         # null torques accelerate nothing, and the forces that go with them are the internal ones
         assert np.max(np.abs(G @ null)) < 1e-10 * values[0] * np.abs(null).max()
-        assert slope @ null == pytest.approx(squeeze, abs=1e-8 * np.abs(squeeze).max())
+        assert slope @ null == pytest.approx(force_basis, abs=1e-8 * np.abs(force_basis).max())
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -89,12 +89,12 @@ def test_all_laws_cause_the_same_acceleration(name: str) -> None:
     robot = robots.robot(name)
     feet = stance_feet(robot, 2)
     q, v, t = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size), ca.SX.sym("t")
-    feedforward = Feedforward.symbols(11, robot.size - 3, 4)
-    symbols = [q, v, t, feedforward.packed()]
+    constraints = VirtualConstraints.symbols(11, robot.size - 3, 4)
+    symbols = [q, v, t, constraints.packed()]
     standing = [joint for foot in feet for joint in robot.legs[foot]]
     functions = []
     for law in (*laws(name), DropActuator((standing[1],))):
-        loop = linearise(robot, feet, law, q, v, t, feedforward)
+        loop = linearise(robot, feet, law, q, v, t, constraints)
         functions.append(ca.Function("loop", symbols, [loop.acceleration, loop.torques, loop.forces]))
     generator = np.random.default_rng(3)
     weights = np.hstack([np.zeros((11, 3)), np.delete(np.eye(12), robot.joint_index(standing[1]), axis=0)])
@@ -120,7 +120,7 @@ def test_any_choice_keeps_the_acceleration(name: str, count: int) -> None:
         for law in laws(name):
             if law.name == "weighted":
                 continue  # its mapping cannot key the cache of functions; the test above has it
-            s = choose(name, count, law, sample)[0]
+            s = allocate(name, count, law, sample)[0]
             after = free[:, 0] + G @ (sample.torques + sample.null @ s)
             assert np.max(np.abs(after - before)) <= 1e-9 * np.max(np.abs(before))
 
@@ -128,9 +128,9 @@ def test_any_choice_keeps_the_acceleration(name: str, count: int) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_normal_forces_of_two_feet_on_a_level_do_not_change(name: str) -> None:
     for sample in samples(name, 2, 10, seed=5):
-        level = sample.squeeze.copy()
-        level[2::3] = 0.0  # what the squeeze becomes where both feet have the same height
-        s = choose(name, 2, MinimumPower("paper"), sample)[0]
+        level = sample.force_basis.copy()
+        level[2::3] = 0.0  # what the force_basis becomes where both feet have the same height
+        s = allocate(name, 2, MinimumPower("paper"), sample)[0]
         assert (level @ s)[2::3] == pytest.approx([0.0, 0.0], abs=0.0)
         assert np.cross(level[:3, 0], level[3:, 0]) == pytest.approx(np.zeros(3), abs=1e-12)
 

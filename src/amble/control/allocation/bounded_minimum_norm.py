@@ -12,10 +12,10 @@ import casadi as ca
 from amble.control.allocation.contact_limits import ContactLimits, margins, torque_margin
 from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, steered_joints
 from amble.control.allocation.line import Interval, above, band, common, inside_cone, lowest_peak
-from amble.maths.interior_point import QuadraticProgram, minimise
+from amble.numerics.interior_point import QuadraticProgram, minimise
 
 LEVEL = 1e-6
-"""A squeeze whose vertical part is smaller than this share of it does not steer normal forces."""
+"""An internal force whose vertical part is smaller than this share of it does not steer normal forces."""
 
 LOOSER = 1.01
 """Where the limits leave nothing, all are widened this much beyond the least that leaves something."""
@@ -62,7 +62,7 @@ class BoundedMinimumNorm(AllocationLaw):
         """Friction and the smallest normal force."""
         return {"friction": self.friction, "normal_force": self.normal_force}
 
-    def choose(self, redundancy: Redundancy) -> ca.SX:
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Clip the minimum norm into the limits.
 
         Raises:
@@ -78,8 +78,8 @@ class BoundedMinimumNorm(AllocationLaw):
         The first is relative to the joint's limit, the others are in N (eq. 17).
         """
         effort = effort_limits(redundancy, range(len(redundancy.robot.joints)))
-        torques = torque_margin(redundancy.torques + redundancy.null @ s, effort)
-        forces = redundancy.forces + redundancy.squeeze @ s
+        torques = torque_margin(redundancy.torques + redundancy.torque_basis @ s, effort)
+        forces = redundancy.forces + redundancy.force_basis @ s
         return {"margin": ca.vertcat(torques, margins(redundancy.feet, forces, self._contact()))}
 
     def _contact(self) -> ContactLimits:
@@ -87,9 +87,9 @@ class BoundedMinimumNorm(AllocationLaw):
 
     def _on_line(self, redundancy: Redundancy) -> ca.SX:
         """One free direction: clip to normal forces, then friction, then torques; exact where they meet (eq. 16)."""
-        u, n = redundancy.torques, redundancy.null
+        u, n = redundancy.torques, redundancy.torque_basis
         s = -ca.dot(n, u) / ca.dot(n, n)
-        w = redundancy.squeeze[:, 0]
+        w = redundancy.force_basis[:, 0]
         steers = [_zero_where_level(w[3 * i : 3 * i + 3]) for i in range(len(redundancy.feet))]
         forces = [redundancy.forces[3 * i : 3 * i + 3] for i in range(len(redundancy.feet))]
         pairs = list(zip(forces, steers, strict=True))
@@ -100,7 +100,7 @@ class BoundedMinimumNorm(AllocationLaw):
     def _in_space(self, redundancy: Redundancy) -> ca.SX:
         """Three or six free directions: find how much the limits must give way, then the smallest torques (eq. 20)."""
         # shorthand
-        N, k = redundancy.null, redundancy.size
+        N, k = redundancy.torque_basis, redundancy.size
         unit = ca.sqrt(ca.sum1(N**2)).T
         rows, limits = self._rows_in_space(redundancy)
         size = ca.mmax(effort_limits(redundancy, range(len(redundancy.robot.joints))))
@@ -125,11 +125,11 @@ class BoundedMinimumNorm(AllocationLaw):
         effort = effort_limits(redundancy, joints)
         robot, feet = redundancy.robot, redundancy.feet
         share = robot.mass * robot.gravity / len(feet)
-        u, N = redundancy.torques[joints] / effort, redundancy.null[joints, :] / effort
+        u, N = redundancy.torques[joints] / effort, redundancy.torque_basis[joints, :] / effort
         rows, limits = [N, -N], [1.0 - u, 1.0 + u]
         slope = self.friction / sqrt(2.0)
         for i in range(len(feet)):
-            f, w = (part[3 * i : 3 * i + 3, :] / share for part in (redundancy.forces, redundancy.squeeze))
+            f, w = (part[3 * i : 3 * i + 3, :] / share for part in (redundancy.forces, redundancy.force_basis))
             for axis in range(2):
                 for sign in (1.0, -1.0):
                     rows.append(sign * w[axis, :] - slope * w[2, :])
@@ -143,7 +143,7 @@ def _torque_interval(redundancy: Redundancy) -> Interval:
     """Where all torques keep their limits; where they cannot, the smallest relative peak stands for it (eq. 12)."""
     joints = steered_joints(redundancy)
     effort = effort_limits(redundancy, joints)
-    u, n = redundancy.torques[joints], redundancy.null[joints, 0]
+    u, n = redundancy.torques[joints], redundancy.torque_basis[joints, 0]
     count = range(len(joints))
     inside = common([band(u[j], n[j], ca.SX(effort[j])) for j in count])
     return Interval(
@@ -152,6 +152,6 @@ def _torque_interval(redundancy: Redundancy) -> Interval:
 
 
 def _zero_where_level(direction: ca.SX) -> ca.SX:
-    """The squeeze of one foot without a vertical part that is only roundoff."""
+    """The internal force of one foot without a vertical part that is only roundoff."""
     vertical = ca.if_else(ca.fabs(direction[2]) < LEVEL * ca.norm_2(direction), 0.0, direction[2])
     return ca.vertcat(direction[:2], vertical)

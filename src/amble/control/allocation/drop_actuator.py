@@ -10,7 +10,7 @@ import casadi as ca
 
 from amble.control.allocation.law import AllocationLaw, Redundancy
 from amble.errors import InputError, UnknownNameError
-from amble.maths.linear_algebra import OrthogonalFactor
+from amble.numerics.linear_algebra import OrthogonalFactor
 
 
 @dataclass(frozen=True)
@@ -39,16 +39,16 @@ class DropActuator(AllocationLaw):
         """The dropped joints."""
         return {"joints": list(self.joints)}
 
-    def rows(self, redundancy: Redundancy) -> ca.SX:
+    def optimality_conditions(self, redundancy: Redundancy) -> ca.SX:
         """u_j = 0."""
         return redundancy.torques[self._dropped(redundancy)]
 
-    def choose(self, redundancy: Redundancy) -> ca.SX:
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Solve u_j + n_j s = 0 for the dropped joints."""
         dropped = self._dropped(redundancy)
         if not dropped:
             return ca.SX(0, 1)
-        return OrthogonalFactor.of(redundancy.null[dropped, :]).solve(-redundancy.torques[dropped])
+        return OrthogonalFactor.of(redundancy.torque_basis[dropped, :]).solve(-redundancy.torques[dropped])
 
     def _dropped(self, redundancy: Redundancy) -> list[int]:
         """Indices of the joints that are off in this stance.

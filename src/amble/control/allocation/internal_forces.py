@@ -8,11 +8,11 @@ import casadi as ca
 
 from amble.errors import InputError
 from amble.hybrid import stance_jacobian
-from amble.maths.linear_algebra import SymmetricFactor
+from amble.numerics.linear_algebra import SymmetricFactor
 from amble.robot import Robot, kinematics
 
 
-def free_directions(robot: Robot, feet: tuple[str, ...], q: ca.SX) -> tuple[ca.SX, ca.SX]:
+def torque_null_space(robot: Robot, feet: tuple[str, ...], q: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return the torques that cause no acceleration, (n_joints, k), and the internal forces that go with them.
 
     D a + h = B u + J^T lambda stays as it is where W s is added to lambda and -J_joints^T W s to u.
@@ -26,10 +26,10 @@ def free_directions(robot: Robot, feet: tuple[str, ...], q: ca.SX) -> tuple[ca.S
         N = -J_joints^T W, N m, and W of ``internal_forces``, (3 n_c, k), N.
     """
     joints = len(robot.joints)
-    squeeze = internal_forces(ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1)))
-    if squeeze.shape[1] == 0:
-        return ca.SX(joints, 0), squeeze
-    return -stance_jacobian(robot, feet, q)[:, robot.size - joints :].T @ squeeze, squeeze
+    force_basis = internal_forces(ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1)))
+    if force_basis.shape[1] == 0:
+        return ca.SX(joints, 0), force_basis
+    return -stance_jacobian(robot, feet, q)[:, robot.size - joints :].T @ force_basis, force_basis
 
 
 def internal_forces(positions: ca.SX) -> ca.SX:

@@ -16,7 +16,7 @@ from amble.robot import Robot
 
 @dataclass(frozen=True)
 class Redundancy:
-    """All torques that realise one motion: u(s) = torques + null @ s, forces(s) = forces + squeeze @ s.
+    """All torques that realise one motion: u(s) = torques + torque_basis @ s, forces(s) = forces + force_basis @ s.
 
     In the controller ``torques`` is the minimum-norm member; in the gait problem it is the variable itself.
 
@@ -24,24 +24,24 @@ class Redundancy:
         robot: the robot, for names and limits.
         feet: the stance feet, in the robot's foot order.
         torques: one particular torque, (n_joints,), N m.
-        null: basis of the torques that cause no acceleration, (n_joints, k), N m.
+        torque_basis: basis of the torques that cause no acceleration, (n_joints, k), N m.
         forces: contact forces that go with ``torques``, world frame, (3 n_c,), N.
-        squeeze: internal contact forces that go with ``null``, (3 n_c, k), N.
+        force_basis: internal contact forces that go with ``torque_basis``, (3 n_c, k), N.
         speeds: joint velocities, (n_joints,), rad/s.
     """
 
     robot: Robot
     feet: tuple[str, ...]
     torques: ca.SX
-    null: ca.SX
+    torque_basis: ca.SX
     forces: ca.SX
-    squeeze: ca.SX
+    force_basis: ca.SX
     speeds: ca.SX
 
     @property
     def size(self) -> int:
         """Number k of free directions: 0, 1, 3, 6 for 1, 2, 3, 4 point feet."""
-        return int(self.null.shape[1])
+        return int(self.torque_basis.shape[1])
 
 
 class AllocationLaw(ABC):
@@ -60,10 +60,10 @@ class AllocationLaw(ABC):
         """The law's parameters as plain JSON values; with the name they rebuild the law."""
         return {}
 
-    def rows(self, redundancy: Redundancy) -> ca.SX:
+    def optimality_conditions(self, redundancy: Redundancy) -> ca.SX:
         """Return k expressions that vanish exactly where the torques obey the law; they close the gait problem.
 
-        A law whose torques have kinks has no such rows and leaves this method as it is.
+        A law whose torques have breakpoints has no such rows and leaves this method as it is.
 
         Raises:
             InputError: where the law is not smooth.
@@ -75,7 +75,7 @@ class AllocationLaw(ABC):
         )
 
     @abstractmethod
-    def choose(self, redundancy: Redundancy) -> ca.SX:
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Return s, (k,): the closed form of the law in the controller, from the minimum-norm torques."""
 
     def diagnostics(self, redundancy: Redundancy, s: ca.SX) -> Mapping[str, ca.SX]:
@@ -83,7 +83,7 @@ class AllocationLaw(ABC):
 
         Args:
             redundancy: what was chosen from.
-            s: what ``choose`` returned, (k,).
+            s: what ``allocate`` returned, (k,).
         """
         del redundancy, s
         return {}
@@ -91,7 +91,7 @@ class AllocationLaw(ABC):
 
 def steered_joints(redundancy: Redundancy) -> list[int]:
     """Joints whose torque the free directions can change: those of the stance legs."""
-    return sorted(set(redundancy.null.sparsity().row()))
+    return sorted(set(redundancy.torque_basis.sparsity().row()))
 
 
 def effort_limits(redundancy: Redundancy, joints: Sequence[int]) -> ca.DM:

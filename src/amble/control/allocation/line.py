@@ -77,7 +77,9 @@ def inside_cone(force: ca.SX, direction: ca.SX, friction: float) -> Interval:
     return Interval(ca.if_else(misses, lowest, lower), ca.if_else(misses, lowest, upper), lowest)
 
 
-def lowest_with_kinks(curvature: ca.SX, slope: ca.SX, kinks: Sequence[ca.SX], weights: Sequence[ca.SX]) -> ca.SX:
+def lowest_with_breakpoints(
+    curvature: ca.SX, slope: ca.SX, breakpoints: Sequence[ca.SX], weights: Sequence[ca.SX]
+) -> ca.SX:
     """Return the s that minimises a s^2 / 2 + b s + sum_j w_j |s - s_j|, a > 0 and w_j >= 0 (eq. 9).
 
     With p(s) = -(b + sum_j w_j sign(s - s_j)) / a the derivative is a (s - p(s)), and p falls while s rises. So every
@@ -86,13 +88,13 @@ def lowest_with_kinks(curvature: ca.SX, slope: ca.SX, kinks: Sequence[ca.SX], we
     Args:
         curvature: a.
         slope: b.
-        kinks: s_j, in any order.
+        breakpoints: s_j, in any order.
         weights: w_j.
     """
     total = sum(weights, ca.SX(0.0))
     best = -(slope + total) / curvature
-    for here in kinks:
-        sides = sum((w * (2.0 * (kink < here) - 1.0) for kink, w in zip(kinks, weights, strict=True)), ca.SX(0.0))
+    for here in breakpoints:
+        sides = sum((w * (2.0 * (at < here) - 1.0) for at, w in zip(breakpoints, weights, strict=True)), ca.SX(0.0))
         best = ca.fmax(best, ca.fmin(here, -(slope + sides) / curvature))
     return best
 

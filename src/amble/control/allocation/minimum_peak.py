@@ -8,7 +8,7 @@ import casadi as ca
 
 from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, steered_joints
 from amble.control.allocation.line import lowest_peak
-from amble.maths.interior_point import QuadraticProgram, minimise
+from amble.numerics.interior_point import QuadraticProgram, minimise
 
 TIE = 1e-9
 """Curvature that picks one of several torques with the same peak, relative to the peak."""
@@ -26,7 +26,7 @@ class MinimumPeak(AllocationLaw):
         """Name in files and on the command line."""
         return "peak"
 
-    def choose(self, redundancy: Redundancy) -> ca.SX:
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Minimise exactly: on a line in closed form (eq. 11), else as a linear program (eq. 19).
 
         Raises:
@@ -36,7 +36,7 @@ class MinimumPeak(AllocationLaw):
             return ca.SX(0, 1)
         joints = steered_joints(redundancy)
         limit = effort_limits(redundancy, joints)
-        u, N = redundancy.torques[joints] / limit, redundancy.null[joints, :] / limit
+        u, N = redundancy.torques[joints] / limit, redundancy.torque_basis[joints, :] / limit
         if redundancy.size == 1:
             return lowest_peak([u[j] for j in range(len(joints))], [N[j, 0] for j in range(len(joints))])
         return _in_space(u, N)

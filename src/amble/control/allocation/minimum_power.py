@@ -11,8 +11,8 @@ import casadi as ca
 from amble.control.actuator import Actuator
 from amble.control.actuator import actuator as actuator_named
 from amble.control.allocation.law import AllocationLaw, Redundancy, steered_joints
-from amble.control.allocation.line import lowest_with_kinks
-from amble.maths.interior_point import QuadraticProgram, minimise
+from amble.control.allocation.line import lowest_with_breakpoints
+from amble.numerics.interior_point import QuadraticProgram, minimise
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class MinimumPower(AllocationLaw):
         """The actuator model."""
         return {"actuator": self.actuator}
 
-    def choose(self, redundancy: Redundancy) -> ca.SX:
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Minimise exactly: on a line in closed form (eq. 9), else as a quadratic program (eq. 18)."""
         if not redundancy.size:
             return ca.SX(0, 1)
@@ -51,15 +51,17 @@ class MinimumPower(AllocationLaw):
 
 
 def _on_line(redundancy: Redundancy, model: Actuator) -> ca.SX:
-    """One free direction: a parabola with one kink a joint, max(x, 0) being (x + |x|) / 2."""
+    """One free direction: a parabola with one breakpoint a joint, max(x, 0) being (x + |x|) / 2."""
     # shorthand
     r = model.heat_coefficient
     joints = steered_joints(redundancy)
-    u, n, w = redundancy.torques[joints], redundancy.null[joints, 0], redundancy.speeds[joints]
+    u, n, w = redundancy.torques[joints], redundancy.torque_basis[joints, 0], redundancy.speeds[joints]
 
-    kinks = [-u[j] / ca.if_else(n[j] == 0, 1.0, n[j]) for j in range(len(joints))]
+    breakpoints = [-u[j] / ca.if_else(n[j] == 0, 1.0, n[j]) for j in range(len(joints))]
     weights = [0.5 * ca.fabs(n[j] * w[j]) for j in range(len(joints))]
-    return lowest_with_kinks(2.0 * r * ca.dot(n, n), 2.0 * r * ca.dot(n, u) + 0.5 * ca.dot(n, w), kinks, weights)
+    return lowest_with_breakpoints(
+        2.0 * r * ca.dot(n, n), 2.0 * r * ca.dot(n, u) + 0.5 * ca.dot(n, w), breakpoints, weights
+    )
 
 
 def _in_space(redundancy: Redundancy, model: Actuator) -> ca.SX:
@@ -72,8 +74,8 @@ def _in_space(redundancy: Redundancy, model: Actuator) -> ca.SX:
     joints = steered_joints(redundancy)
     count, k = len(joints), redundancy.size
     u, w = redundancy.torques[joints], redundancy.speeds[joints]
-    unit = ca.sqrt(ca.sum1(redundancy.null**2)).T
-    N = redundancy.null[joints, :] / ca.repmat(unit.T, count, 1)
+    unit = ca.sqrt(ca.sum1(redundancy.torque_basis**2)).T
+    N = redundancy.torque_basis[joints, :] / ca.repmat(unit.T, count, 1)
 
     # power in units of its typical size: heat of the torques at hand plus their mechanical power
     size = r * ca.dot(u, u) + ca.norm_1(u * w) + r

@@ -18,10 +18,10 @@ class PseudoInverse(AllocationLaw):
         """Name in files and on the command line."""
         return "pinv"
 
-    def rows(self, redundancy: Redundancy) -> ca.SX:
+    def optimality_conditions(self, redundancy: Redundancy) -> ca.SX:
         """N^T u = 0: smooth, without a matrix inverse."""
-        return redundancy.null.T @ redundancy.torques
+        return redundancy.torque_basis.T @ redundancy.torques
 
-    def choose(self, redundancy: Redundancy) -> ca.SX:
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Stay at the minimum-norm member."""
         return ca.SX.zeros(redundancy.size)

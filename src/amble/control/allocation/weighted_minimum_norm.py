@@ -11,7 +11,7 @@ import casadi as ca
 
 from amble.control.allocation.law import AllocationLaw, Redundancy
 from amble.errors import InputError, UnknownNameError
-from amble.maths.linear_algebra import SymmetricFactor
+from amble.numerics.linear_algebra import SymmetricFactor
 
 
 @dataclass(frozen=True)
@@ -49,16 +49,16 @@ class WeightedMinimumNorm(AllocationLaw):
         """The weights."""
         return {"weights": dict(self.weights)}
 
-    def rows(self, redundancy: Redundancy) -> ca.SX:
+    def optimality_conditions(self, redundancy: Redundancy) -> ca.SX:
         """N^T M u = 0: smooth, without a matrix inverse."""
         return (self._weighted(redundancy)).T @ redundancy.torques
 
-    def choose(self, redundancy: Redundancy) -> ca.SX:
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Solve N^T M (u + N s) = 0."""
         if not redundancy.size:
             return ca.SX(0, 1)
         weighted = self._weighted(redundancy)
-        return SymmetricFactor.of(redundancy.null.T @ weighted).solve(-weighted.T @ redundancy.torques)
+        return SymmetricFactor.of(redundancy.torque_basis.T @ weighted).solve(-weighted.T @ redundancy.torques)
 
     def _weighted(self, redundancy: Redundancy) -> ca.SX:
         """M N.
@@ -70,4 +70,4 @@ class WeightedMinimumNorm(AllocationLaw):
         for joint in self.weights:
             if joint not in names:
                 raise UnknownNameError("joint", joint, names)
-        return ca.SX(ca.DM([float(self.weights.get(joint, 1.0)) for joint in names])) * redundancy.null
+        return ca.SX(ca.DM([float(self.weights.get(joint, 1.0)) for joint in names])) * redundancy.torque_basis

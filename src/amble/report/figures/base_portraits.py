@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from amble.metrics import Samples
+from amble.analysis import Samples
 from amble.report.figures.portrait import draw_portrait
 from amble.report.figures.style import COLUMN, legend_above, panels, paper_style, plain_number
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from amble.metrics import Samples
+from amble.analysis import Samples
 from amble.report.figures.base_portraits import COORDINATES
 from amble.report.figures.portrait import axis_labels
 from amble.report.figures.style import (

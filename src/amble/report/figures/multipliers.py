@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Multipliers = NDArray[np.complex128]
+FloquetMultipliers = NDArray[np.complex128]
 
 
-def multiplier_circle(before: Multipliers, after: Multipliers) -> Figure:
+def multiplier_circle(before: FloquetMultipliers, after: FloquetMultipliers) -> Figure:
     """Draw multipliers with the unit circle: all of them on the left, the neighbourhood of the circle on the right.
 
     Args:
@@ -39,7 +39,7 @@ def multiplier_circle(before: Multipliers, after: Multipliers) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, before: Multipliers, after: Multipliers) -> None:
+def _draw(axes: Axes, before: FloquetMultipliers, after: FloquetMultipliers) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color=GREY, linewidth=0.8, label="unit circle")
     for values, colour, marker, label in (
@@ -61,5 +61,5 @@ def _draw(axes: Axes, before: Multipliers, after: Multipliers) -> None:
     axes.set_ylabel(r"Im $\lambda$")
 
 
-def _radius(values: Multipliers) -> float:
+def _radius(values: FloquetMultipliers) -> float:
     return float(np.max(np.abs(values)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from amble.metrics import Samples
+from amble.analysis import Samples
 from amble.report.figures.style import BLUE, ORANGE, RED, plain_text, with_gaps
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from amble.io.storage import replacing
 from amble.optional import require
-from amble.storage import replacing
 from amble.types import IntegerVector, Vector
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from amble.analysis import Motion
 from amble.errors import UnknownNameError
-from amble.metrics import Motion
 from amble.report.figures.style import (
     LAW_COLOURS,
     LAW_LABELS,

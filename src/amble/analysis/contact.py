@@ -1,0 +1,221 @@
+"""Monitors of a simulated motion: unilateral contact, friction, penetration, drift, limits, rank.
+
+Nothing is hidden: every monitored quantity becomes one row with its bounds, its worst value and when that occurred, and
+the worst values of every cycle are kept, so that it can be said from which cycle on a motion is sound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.analysis.bounds import ContactBounds
+from amble.analysis.samples import signal, stance_indices
+from amble.errors import Row
+from amble.hybrid import GaitPattern
+from amble.simulation import Trace
+from amble.types import IntegerVector, NodeValues, Vector, frozen
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The worst value of one monitored quantity over a whole motion: the row, and when the value occurred."""
+
+    row: Row
+    time: float
+    cycle: int
+
+    def __str__(self) -> str:
+        """The row, then time and cycle."""
+        return f"{self.row} at {self.time:.4f} s, cycle {self.cycle}"
+
+
+@dataclass(frozen=True)
+class ContactReport:
+    """What the monitors of a simulated motion saw.
+
+    Attributes:
+        min_normal_force: smallest normal force of a stance foot, N.
+        max_friction: largest |f_t| / f_n of a stance foot over the samples where f_n > 0, 1.
+        max_penetration: largest depth of a swing foot below the ground, m.
+        max_drift: largest distance of a stance foot from where its stance phase began, m.
+        max_slip: largest speed of a stance foot, m/s.
+        min_pivot: smallest pivot of the decoupling equations.
+        pulls: samples in which some stance foot has no positive normal force, where friction has no meaning.
+        samples: number of samples that were looked at.
+        rows: the worst value of every monitored quantity.
+        normal_forces: smallest normal force of every cycle, (cycles,), N.
+        frictions: largest friction used of every cycle, (cycles,), 1.
+        penetrations: largest penetration of every cycle, (cycles,), m.
+        drifts: largest drift of every cycle, (cycles,), m.
+        sound_from: the first cycle from which to the end every normal force is positive, friction stays in the cone
+            and no foot pulls; None where the last cycle is not sound.
+    """
+
+    min_normal_force: float
+    max_friction: float
+    max_penetration: float
+    max_drift: float
+    max_slip: float
+    min_pivot: float
+    pulls: int
+    samples: int
+    rows: tuple[Worst, ...]
+    normal_forces: Vector
+    frictions: Vector
+    penetrations: Vector
+    drifts: Vector
+    sound_from: int | None
+
+    @property
+    def violations(self) -> tuple[Worst, ...]:
+        """The rows outside their bounds, worst first."""
+        outside = [worst for worst in self.rows if worst.row.violation > 0.0]
+        return tuple(sorted(outside, key=lambda worst: -worst.row.violation))
+
+
+@dataclass(frozen=True)
+class _Feet:
+    """The monitored quantities of every sample and foot, (n, n_feet); where a quantity has no meaning it cannot win."""
+
+    normal: NodeValues
+    friction: NodeValues
+    height: NodeValues
+    drift: NodeValues
+    slip: NodeValues
+    pulls: Mask
+
+
+def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) -> ContactReport:
+    """Evaluate all monitors over a whole trace.
+
+    Args:
+        trace: a trace with the signals torque, force, foot, foot_velocity and pivot.
+        pattern: the gait pattern that was simulated; the ground is at height 0.
+        bounds: what the motion is held against.
+
+    Raises:
+        UnknownNameError: where the trace lacks a signal, or a domain is no stance of the pattern.
+    """
+    stances = stance_indices(trace, pattern)
+    table = np.array([[foot in stance.feet for foot in pattern.robot.foot_names] for stance in pattern.stances])
+    feet = _monitor_feet(trace, table[stances])
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(trace.cycle)) + 1])
+    normal = np.minimum.reduceat(feet.normal.min(axis=1), starts)
+    friction = np.maximum.reduceat(feet.friction.max(axis=1), starts)
+    pulling = np.logical_or.reduceat(feet.pulls.any(axis=1), starts)
+    penetration = np.maximum(0.0, -np.minimum.reduceat(feet.height.min(axis=1), starts))
+    drift = np.maximum.reduceat(feet.drift.max(axis=1), starts)
+    sound = (normal > 0.0) & (friction <= bounds.friction) & ~pulling
+    rows = [*_foot_rows(trace, pattern, stances, feet, bounds), *_joint_rows(trace, pattern, bounds)]
+    pivot = signal(trace, "pivot")[:, 0]
+    rows.append(_worst("pivot of the decoupling equations", pivot, (bounds.pivot, np.inf), trace, lowest=True))
+    return ContactReport(
+        min_normal_force=float(normal.min()),
+        max_friction=float(friction.max()),
+        max_penetration=float(penetration.max()),
+        max_drift=float(drift.max()),
+        max_slip=float(feet.slip.max()),
+        min_pivot=float(pivot.min()),
+        pulls=int(np.sum(feet.pulls.any(axis=1))),
+        samples=len(trace.time),
+        rows=tuple(rows),
+        normal_forces=frozen(normal),
+        frictions=frozen(friction),
+        penetrations=frozen(penetration),
+        drifts=frozen(drift),
+        sound_from=_sound_from(sound, trace.cycle[starts]),
+    )
+
+
+def _monitor_feet(trace: Trace, down: Mask) -> _Feet:
+    """Evaluate the monitored quantities of all feet; ``down`` says which foot of which sample stands, (n, n_feet)."""
+    shape = (*down.shape, 3)
+    force = signal(trace, "force").reshape(shape)
+    foot = signal(trace, "foot").reshape(shape)
+    speed = np.linalg.norm(signal(trace, "foot_velocity").reshape(shape), axis=2)
+    normal = force[..., 2]
+    pressing = down & (normal > 0.0)
+    tangential = np.hypot(force[..., 0], force[..., 1])
+    friction = np.divide(tangential, normal, out=np.zeros_like(normal), where=pressing)
+    drift = np.linalg.norm(foot - _where_phase_began(foot, down), axis=2)
+    return _Feet(
+        normal=np.where(down, normal, np.inf),
+        friction=friction,
+        height=np.where(down, np.inf, foot[..., 2]),
+        drift=np.where(down, drift, 0.0),
+        slip=np.where(down, speed, 0.0),
+        pulls=down & ~pressing,
+    )
+
+
+def _where_phase_began(foot: NodeValues, down: Mask) -> NodeValues:
+    """Position of every foot at the first sample of its present stance phase, (n, n_feet, 3)."""
+    lands = down.copy()
+    lands[1:] &= ~down[:-1]
+    numbers = np.where(lands, np.arange(len(down))[:, None], 0)
+    first = np.maximum.accumulate(numbers, axis=0)
+    return np.take_along_axis(foot, first[..., None], axis=0)
+
+
+def _foot_rows(
+    trace: Trace, pattern: GaitPattern, stances: IntegerVector, feet: _Feet, bounds: ContactBounds
+) -> list[Worst]:
+    """One row per stance, foot and quantity that has a meaning there."""
+    rows = []
+    for number, stance in enumerate(pattern.stances):
+        inside = stances == number
+        if not np.any(inside):
+            continue
+        for column, foot in enumerate(pattern.robot.foot_names):
+            where = f"{stance.name} {foot}"
+            if foot not in stance.feet:
+                height = feet.height[:, column]
+                rows.append(_worst(f"{where} height", height, (-bounds.penetration, np.inf), trace, True, inside))
+                continue
+            normal, friction, drift = (values[:, column] for values in (feet.normal, feet.friction, feet.drift))
+            rows.append(_worst(f"{where} normal force", normal, (bounds.normal_force, np.inf), trace, True, inside))
+            rows.append(_worst(f"{where} friction", friction, (0.0, bounds.friction), trace, False, inside))
+            rows.append(_worst(f"{where} drift", drift, (0.0, bounds.drift), trace, False, inside))
+    return rows
+
+
+def _joint_rows(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) -> list[Worst]:
+    """Largest |torque| and |speed| of every joint that has such a limit."""
+    robot = pattern.robot
+    torque = np.abs(signal(trace, "torque"))
+    speed = np.abs(trace.state[:, robot.size + 6 :])
+    rows = []
+    for column, joint in enumerate(robot.joint_names):
+        for what, values, limits in (("torque", torque, bounds.torques), ("speed", speed, bounds.speeds)):
+            if joint in limits:
+                rows.append(_worst(f"{joint} {what}", values[:, column], (0.0, limits[joint]), trace, False))
+    return rows
+
+
+def _worst(
+    name: str,
+    values: Vector,
+    bounds: tuple[float, float],
+    trace: Trace,
+    lowest: bool,
+    inside: Mask | None = None,
+) -> Worst:
+    """Find the lowest or highest value, among the samples inside, and when it occurred."""
+    candidates = np.arange(len(values)) if inside is None else np.flatnonzero(inside)
+    chosen = values[candidates]
+    index = int(candidates[np.argmin(chosen) if lowest else np.argmax(chosen)])
+    row = Row(name, bounds[0], float(values[index]), bounds[1])
+    return Worst(row, float(trace.time[index]), int(trace.cycle[index]))
+
+
+def _sound_from(sound: Mask, cycles: IntegerVector) -> int | None:
+    """Return the cycle after the last unsound one; None where the last cycle is unsound."""
+    unsound = np.flatnonzero(~sound)
+    if unsound.size == 0:
+        return int(cycles[0])
+    return None if unsound[-1] == len(sound) - 1 else int(cycles[unsound[-1] + 1])

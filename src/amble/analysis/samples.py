@@ -1,0 +1,249 @@
+"""A legged motion as plain arrays, the same for an optimised gait and for a simulated trace."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.analysis.motion import Motion
+from amble.errors import InputError, UnknownNameError
+from amble.gait import Gait
+from amble.hybrid import GaitPattern
+from amble.robot import Robot
+from amble.simulation import Trace
+from amble.types import IntegerVector, NodeValues, Vector, frozen
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A motion of a robot, sampled; both sides of every event are there.
+
+    Attributes:
+        label: which motion, such as "nominal" or "simulated".
+        pattern: the gait pattern, with the robot.
+        times: (n,), s.
+        segments: number of the domain visit of every sample, from 0, (n,).
+        stances: index into ``pattern.stances`` of every sample, (n,).
+        cycles: number of the gait cycle of every sample, from 0, (n,).
+        positions: q, (n, n_q), m and rad.
+        velocities: v, (n, n_q), m/s and rad/s.
+        torques: joint torques that were applied, (n, n_joints), N m.
+        forces: contact forces of all feet, zero for swing feet, world frame, (n, 3 n_feet), N.
+    """
+
+    label: str
+    pattern: GaitPattern
+    times: Vector
+    segments: IntegerVector
+    stances: IntegerVector
+    cycles: IntegerVector
+    positions: NodeValues
+    velocities: NodeValues
+    torques: NodeValues
+    forces: NodeValues
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.pattern.robot
+
+    @property
+    def distance(self) -> float:
+        """Distance travelled along the world's x axis, m."""
+        return float(self.positions[-1, 0] - self.positions[0, 0])
+
+    def coordinate(self, name: str) -> tuple[Vector, Vector]:
+        """Return a coordinate and its rate by name, each (n,)."""
+        column = self.robot.coordinate_index(name)
+        return self.positions[:, column], self.velocities[:, column]
+
+    def only(self, first: int, past: int) -> Samples:
+        """Keep the cycles from ``first`` up to but not including ``past``.
+
+        Raises:
+            InputError: where the motion holds none of them.
+        """
+        kept = (self.cycles >= first) & (self.cycles < past)
+        if not np.any(kept):
+            raise InputError(f"the {self.label} motion has no sample in cycles {first} to {past - 1}")
+        return Samples(
+            self.label,
+            self.pattern,
+            times=frozen(self.times[kept]),
+            segments=_frozen_integers(self.segments[kept]),
+            stances=_frozen_integers(self.stances[kept]),
+            cycles=_frozen_integers(self.cycles[kept]),
+            positions=frozen(self.positions[kept]),
+            velocities=frozen(self.velocities[kept]),
+            torques=frozen(self.torques[kept]),
+            forces=frozen(self.forces[kept]),
+        )
+
+    def motion(self, torques: Mapping[str, NodeValues]) -> Motion:
+        """Return the samples as metrics need them, with the torques each law applies on this trajectory.
+
+        Args:
+            torques: law name -> joint torques, (n, n_joints), N m.
+        """
+        return Motion(
+            self.label,
+            self.robot.joint_names,
+            self.times,
+            self.segments,
+            self.velocities[:, 6:],
+            dict(torques),
+            self.distance,
+            self.robot.mass,
+            self.robot.gravity,
+        )
+
+
+def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
+    """Lay out whole cycles of the optimised motion at its nodes; a mirrored half is unfolded.
+
+    Positions along x and y continue from half to half; every other coordinate repeats.
+
+    Args:
+        gait: the gait.
+        cycles: how many cycles, at least 1.
+
+    Raises:
+        InputError: where ``cycles`` is less than 1.
+    """
+    if cycles < 1:
+        raise InputError(f"{cycles} cycles were asked for; at least 1 is needed")
+    halves = [_solved_part(gait)]
+    if gait.pattern.mirrored:
+        halves.append(_mirrored(halves[0], gait.robot))
+    visits = len(gait.domains)
+    parts: list[_Part] = []
+    for number in range(cycles * len(halves)):
+        part = _follow(parts[-1], halves[number % len(halves)]) if parts else halves[0]
+        parts.append(part)
+    segments = np.concatenate([part.visits + visits * number for number, part in enumerate(parts)])
+    return Samples(
+        "nominal",
+        gait.pattern,
+        times=frozen(np.concatenate([part.times for part in parts])),
+        segments=_frozen_integers(segments),
+        stances=_frozen_integers(segments % (visits * len(halves))),
+        cycles=_frozen_integers(segments // (visits * len(halves))),
+        positions=frozen(np.concatenate([part.positions for part in parts])),
+        velocities=frozen(np.concatenate([part.velocities for part in parts])),
+        torques=frozen(np.concatenate([part.torques for part in parts])),
+        forces=frozen(np.concatenate([part.forces for part in parts])),
+    )
+
+
+def samples_of_trace(trace: Trace, pattern: GaitPattern) -> Samples:
+    """Read a simulated motion of a legged robot.
+
+    Args:
+        trace: the trace; its domains bear the names of the pattern's stances.
+        pattern: the gait pattern that was simulated.
+
+    Raises:
+        UnknownNameError: where a domain is no stance of the pattern, or the trace lacks a signal.
+        InputError: where the state is not (q, v) of the pattern's robot.
+    """
+    size = pattern.robot.size
+    if trace.state.shape[1] != 2 * size:
+        raise InputError(f"the trace has {trace.state.shape[1]} states; robot '{pattern.robot.name}' has {2 * size}")
+    return Samples(
+        "simulated",
+        pattern,
+        times=trace.time,
+        segments=_frozen_integers(np.concatenate([[0], np.cumsum(_enters(trace))])),
+        stances=_frozen_integers(stance_indices(trace, pattern)),
+        cycles=trace.cycle,
+        positions=frozen(trace.state[:, :size]),
+        velocities=frozen(trace.state[:, size:]),
+        torques=signal(trace, "torque"),
+        forces=signal(trace, "force"),
+    )
+
+
+def stance_indices(trace: Trace, pattern: GaitPattern) -> IntegerVector:
+    """Index into ``pattern.stances`` of every sample of a trace, (n,)."""
+    names = [stance.name for stance in pattern.stances]
+    lookup = []
+    for domain in trace.domains:
+        if domain not in names:
+            raise UnknownNameError("stance", domain, names)
+        lookup.append(names.index(domain))
+    return np.asarray(lookup, dtype=np.int64)[trace.domain]
+
+
+def signal(trace: Trace, name: str) -> NodeValues:
+    """Look a recorded signal up, (n, width)."""
+    if name not in trace.signals:
+        raise UnknownNameError("signal", name, trace.signals)
+    return trace.signals[name]
+
+
+def _enters(trace: Trace) -> NDArray[np.bool_]:
+    """Whether a new domain visit begins after each sample but the last: a new domain or cycle, or a restarted clock."""
+    return (np.diff(trace.domain) != 0) | (np.diff(trace.cycle) != 0) | (np.diff(trace.clock) < 0.0)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Half a cycle, or a whole one where the gait is not mirrored; ``visits`` numbers the domains from 0."""
+
+    times: Vector
+    visits: IntegerVector
+    positions: NodeValues
+    velocities: NodeValues
+    torques: NodeValues
+    forces: NodeValues
+
+
+def _solved_part(gait: Gait) -> _Part:
+    """All nodes of the solved domains, one after the other."""
+    starts = np.concatenate([[0.0], np.cumsum([domain.duration for domain in gait.domains])])
+    counts = [len(domain.times) for domain in gait.domains]
+    return _Part(
+        np.concatenate([start + domain.times for start, domain in zip(starts[:-1], gait.domains, strict=True)]),
+        np.repeat(np.arange(len(counts)), counts),
+        np.concatenate([domain.positions for domain in gait.domains]),
+        np.concatenate([domain.velocities for domain in gait.domains]),
+        np.concatenate([domain.torques for domain in gait.domains]),
+        np.concatenate([_forces_of_all_feet(gait, number) for number in range(len(counts))]),
+    )
+
+
+def _forces_of_all_feet(gait: Gait, number: int) -> NodeValues:
+    """Contact forces of one solved domain with zeros for the swing feet, (n, 3 n_feet), N."""
+    domain, robot = gait.domains[number], gait.robot
+    feet = [robot.foot_names.index(foot) for foot in gait.pattern.stance(domain.name).feet]
+    found = np.zeros((len(domain.times), len(robot.feet), 3))
+    found[:, feet] = domain.forces.reshape(len(domain.times), len(feet), 3)
+    return found.reshape(len(domain.times), -1)
+
+
+def _mirrored(part: _Part, robot: Robot) -> _Part:
+    mirror = robot.mirror
+    return replace(
+        part,
+        positions=mirror.position(part.positions.T).T,
+        velocities=mirror.position(part.velocities.T).T,
+        torques=mirror.torque(part.torques.T).T,
+        forces=mirror.force(part.forces.T).T,
+    )
+
+
+def _follow(before: _Part, part: _Part) -> _Part:
+    """Shift a part in time and horizontal position so that it begins where another ends."""
+    positions = part.positions.copy()
+    positions[:, :2] += before.positions[-1, :2] - positions[0, :2]
+    return replace(part, times=part.times - part.times[0] + before.times[-1], positions=positions)
+
+
+def _frozen_integers(values: IntegerVector) -> IntegerVector:
+    """Return a read-only copy."""
+    copy = np.array(values, dtype=np.int64)
+    copy.flags.writeable = False
+    return copy

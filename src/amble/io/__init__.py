@@ -1,0 +1,1 @@
+"""Reading and writing of files: bounded, atomic, every number with its unit."""

@@ -1,0 +1,122 @@
+"""What a gait claims of its motion, held against its closed loop's own orbit: entry, durations, speed, feet at ground.
+
+Sizes are shares of the leg length l, and of sqrt(g l) for velocities.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from amble.analysis import ContactBounds, contact_report
+from amble.errors import Row
+from amble.gait import Gait
+from amble.gait.closed_loop import start_state
+from amble.hybrid import HybridSystem
+from amble.simulation import Trace, simulate
+from amble.types import Vector
+
+TOLERANCE = 1e-10
+"""Of the integrator, for the cycle that is looked at."""
+
+RECORD = 1e-3
+"""How far the orbit may be from what is recorded, as a share of its size: a transcription on a coarse mesh stays within
+it, a motion of another gait does not."""
+
+GROUND = 1e-3
+"""Largest distance of a foot on the ground from the ground, as a share of the leg length."""
+
+LANDING = 1e-3
+"""Smallest speed downwards of a landing foot, as a share of sqrt(g l): a foot that grazes has no touchdown time."""
+
+
+def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[Row, ...]:
+    """Return what must hold on the cycle from a fixed point: the gait's claims, and every contact.
+
+    Limits of joints are not conditions of the model's validity; the report shows them.
+
+    Args:
+        gait: the gait.
+        system: its closed loop over the full cycle.
+        state: the fixed point at the entry of the first domain, (2 n_q,).
+    """
+    trace = simulate(system, state, 1, TOLERANCE)
+    if not trace.completed:
+        return (Row(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
+    bounds = replace(ContactBounds.of_limits(gait.limits), torques={}, speeds={})
+    return (
+        *_entry_rows(gait, state),
+        *_duration_rows(gait, trace),
+        _speed_row(gait, trace),
+        *_ground_rows(gait, trace),
+        *(worst.row for worst in contact_report(trace, gait.pattern, bounds).rows),
+    )
+
+
+def _entry_rows(gait: Gait, state: Vector) -> list[Row]:
+    """The recorded entry, and the start of the feedback, less the fixed point; rates divided by 1 + the largest."""
+    first, size = gait.domains[0], gait.robot.size
+    names = gait.robot.coordinate_names
+    scale = np.ones(2 * size)
+    scale[size:] += np.max(np.abs(state[size:]))
+    starts = {"recorded entry": np.concatenate([first.positions[0], first.velocities[0]])}
+    if gait.feedback is not None:
+        starts["start of the feedback"] = start_state(gait)
+    rows = []
+    for what, start in starts.items():
+        missed = (start - state) / scale
+        labels = [*names, *(f"rate of {name}" for name in names)]
+        rows += [
+            Row(f"{what} less the fixed point, {label}", -RECORD, float(value), RECORD)
+            for label, value in zip(labels, missed, strict=True)
+        ]
+    return rows
+
+
+def _duration_rows(gait: Gait, trace: Trace) -> list[Row]:
+    """Durations on the orbit against those recorded, and those that the feedback's references run over."""
+    stances, solved = gait.pattern.stances, len(gait.pattern.solved)
+    rows = []
+    for number, stance in enumerate(stances):
+        solution = float(trace.clock[trace.domain == number][-1])
+        trajectory = gait.domains[number % solved]
+        claims = {"recorded": trajectory.duration}
+        if gait.feedback is not None:
+            claims["of the feedback"] = gait.feedback.durations[trajectory.name]
+        rows += [
+            Row(f"{stance.name} duration against that {what}", (1.0 - RECORD) * claim, solution, (1.0 + RECORD) * claim)
+            for what, claim in claims.items()
+        ]
+    return rows
+
+
+def _speed_row(gait: Gait, trace: Trace) -> Row:
+    margin = RECORD * _velocity(gait)
+    solution = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
+    return Row("speed solution against the speed claimed", gait.speed - margin, solution, gait.speed + margin)
+
+
+def _ground_rows(gait: Gait, trace: Trace) -> list[Row]:
+    """Stance feet on the ground from entry to end, neither above nor below; landing feet coming down onto it."""
+    feet, pattern = gait.robot.foot_names, gait.pattern
+    height = trace.signals["foot"].reshape(len(trace.time), len(feet), 3)[:, :, 2]
+    rate = trace.signals["foot_velocity"].reshape((*height.shape, 3))[:, :, 2]
+    margin, slowest = GROUND * gait.robot.leg_length, LANDING * _velocity(gait)
+    rows = []
+    for number, switch in enumerate(pattern.all_switches):
+        inside = np.flatnonzero(trace.domain == number)
+        for foot in switch.source.feet:
+            values = height[inside, feet.index(foot)]
+            worst = float(values[np.argmax(np.abs(values))])
+            rows.append(Row(f"{switch.source.name} {foot} height on the ground", -margin, worst, margin))
+        for foot in switch.landing:
+            end = inside[-1], feet.index(foot)
+            rows.append(Row(f"{switch.name} {foot} height at touchdown", -margin, float(height[end]), margin))
+            rows.append(Row(f"{switch.name} {foot} touchdown velocity z", -np.inf, float(rate[end]), -slowest))
+    return rows
+
+
+def _velocity(gait: Gait) -> float:
+    """sqrt(g l), m/s."""
+    return float(np.sqrt(abs(gait.robot.gravity) * gait.robot.leg_length))

@@ -1,0 +1,175 @@
+"""How the base must sway so that the contact forces can carry it: a small linear-quadratic problem around a level walk.
+
+A robot on two feet cannot stand still: gravity turns it about the line between them. Which sway brings it back in time
+follows from the six rows of the dynamics that no actuator enters. Linear in small motions s of the base, every foot
+held on its path by the legs, they make a quadratic program with equalities only, solved by one sparse factorisation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.hybrid import GaitPattern, Stance, stance_jacobian
+from amble.numerics.collocation import HERMITE_SIMPSON
+from amble.robot import Robot, dynamics
+from amble.types import Matrix, NodeValues, Vector, frozen
+
+Index = NDArray[np.int64]
+
+BASE = 6
+
+SWAY = frozen([0.05, 0.05, 0.02, 0.1, 0.05, 0.1])
+"""A motion of the base that is not small any more, m and rad; the inverse squares weigh the quadratic program."""
+
+SWAY_ACCELERATION = frozen([3.0, 10.0, 1.0, 30.0, 30.0, 30.0])
+"""The same for its acceleration, m/s^2 and rad/s^2; nearly even height, or the robot would hop to be light."""
+
+FORCE = frozen([0.07, 0.07, 0.3])
+"""The same for a contact force, in weights of the robot; little horizontal force, for the sake of friction."""
+
+FREE = 1e-3
+"""Weight of what is hardly weighed."""
+
+DAMPING = 1e-3
+"""Of the legs' answer to the base, m/rad."""
+
+
+@dataclass(frozen=True)
+class LevelWalk:
+    """A domain of a walk with a level base: its duration, s, and q, v, a at its nodes, (n, n_q)."""
+
+    stance: Stance
+    duration: float
+    q: NodeValues
+    v: NodeValues
+    a: NodeValues
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where a domain's unknowns stand: s, its two rates, (n, 6) each, and the forces in robot weights, (n, 3 n_c)."""
+
+    s: Index
+    ds: Index
+    dds: Index
+    force: Index
+
+
+def base_trajectory(pattern: GaitPattern, walks: Sequence[LevelWalk]) -> tuple[list[NodeValues], list[NodeValues]]:
+    """Return for every domain the motion of the base to add, (n, 6), and the contact forces, (n, 3 n_c), N."""
+    from scipy.sparse import bmat, diags, identity
+    from scipy.sparse.linalg import spsolve
+
+    places, weights, wanted = _unknowns(walks)
+    rows = [_dynamics(pattern.robot, walk, at) for walk, at in zip(walks, places, strict=True)]
+    rows += [_collocation(walk, at) for walk, at in zip(walks, places, strict=True)]
+    rows.append(_continuity(pattern, places))
+    matrix, right = _stacked(rows, wanted.size)
+    hessian = diags(weights)
+    system = bmat([[hessian, matrix.T], [matrix, -1e-9 * identity(right.size)]]).tocsc()
+    solution = spsolve(system, np.concatenate([weights * wanted, right]))
+    weight = pattern.robot.mass * pattern.robot.gravity
+    return [solution[at.s] for at in places], [weight * solution[at.force] for at in places]
+
+
+def _unknowns(walks: Sequence[LevelWalk]) -> tuple[list[_Places], Vector, Vector]:
+    """Number the unknowns node by node, with their weights and the values they should be near."""
+    places, weights, wanted, offset = [], [], [], 0
+    for walk in walks:
+        nodes, contacts = walk.q.shape[0], len(walk.stance.feet)
+        width = 3 * (BASE + contacts)
+        index = offset + np.arange(nodes * width).reshape(nodes, width)
+        places.append(_Places(*np.split(index, [BASE, 2 * BASE, 3 * BASE], axis=1)))
+        sizes = [SWAY, np.full(BASE, FREE**-0.5), SWAY_ACCELERATION, np.tile(FORCE, contacts)]
+        weights.append(np.tile(np.concatenate(sizes) ** -2.0, nodes))
+        wanted.append(np.tile(np.concatenate([np.zeros(3 * BASE), _share(contacts)]), nodes))
+        offset += index.size
+    return places, np.concatenate(weights), np.concatenate(wanted)
+
+
+def _share(contacts: int) -> Vector:
+    """Vertical forces of equal size that carry the robot, in its weight."""
+    return np.tile([0.0, 0.0, 1.0 / max(contacts, 1)], contacts)
+
+
+Rows = tuple[Matrix, Index, Vector]
+"""Coefficients and the places of their unknowns, (rows, terms) each, and right-hand sides, (rows,)."""
+
+
+def _dynamics(robot: Robot, walk: LevelWalk, at: _Places) -> Rows:
+    """The base rows of D a + h = J^T lambda, in robot weights, linear around the level walk."""
+    feet, nodes, share = walk.stance.feet, walk.q.shape[0], _share(len(walk.stance.feet))
+    # shorthand
+    q, v, a = (ca.SX.sym(letter, robot.size) for letter in "qva")
+    lam, weight = ca.SX.sym("lambda", share.size), robot.mass * robot.gravity
+    r = dynamics.inverse_dynamics(robot, q, v, a)[:BASE] / weight - stance_jacobian(robot, feet, q)[:, :BASE].T @ lam
+
+    J = stance_jacobian(robot, robot.foot_names, q)
+    parts = [r, ca.jacobian(r, q), ca.jacobian(r, a), ca.jacobian(r, lam), J]
+    function = ca.Function("balance", [q, v, a, lam], [ca.densify(part) for part in parts]).map(nodes)
+    values = function(walk.q.T, walk.v.T, walk.a.T, np.tile(share[:, None], nodes))
+    rest, by_q, by_a, by_force, feet_by_q = (_by_node(value, nodes) for value in values)
+    legs, base = feet_by_q[:, :, BASE:], feet_by_q[:, :, :BASE]
+    normal = legs.transpose(0, 2, 1) @ legs + DAMPING**2 * np.eye(legs.shape[2])
+    follow = -np.linalg.solve(normal, legs.transpose(0, 2, 1) @ base)
+    S = np.concatenate([np.tile(np.eye(BASE), (nodes, 1, 1)), follow], axis=1)
+    coefficients = np.concatenate([by_q @ S, by_a @ S, by_force], axis=2)
+    terms = np.hstack([at.s, at.dds, at.force])
+    return (
+        coefficients.reshape(nodes * BASE, -1),
+        np.repeat(terms, BASE, axis=0),
+        (by_force @ share - rest[:, :, 0]).ravel(),
+    )
+
+
+def _by_node(value: Any, nodes: int) -> NDArray[np.float64]:
+    """Split the columns of a mapped function's result by instance, (nodes, rows, columns)."""
+    array = np.asarray(value)
+    return array.reshape(array.shape[0], nodes, -1).transpose(1, 0, 2)
+
+
+def _collocation(walk: LevelWalk, at: _Places) -> Rows:
+    """Every inner and end node of an interval follows from its rates."""
+    stages = HERMITE_SIMPSON.nodes.size
+    starts = np.arange(0, at.s.shape[0] - 1, stages - 1)
+    step = walk.duration / starts.size
+    coefficients, terms = [], []
+    for stage in range(1, stages):
+        for value, rate in ((at.s, at.ds), (at.ds, at.dds)):
+            columns = [value[starts + stage], value[starts], *(rate[starts + k] for k in range(stages))]
+            index = np.stack([column.ravel() for column in columns], axis=1)
+            row = np.concatenate([[1.0, -1.0], -step * HERMITE_SIMPSON.integration[stage]])
+            terms.append(index)
+            coefficients.append(np.tile(row, (index.shape[0], 1)))
+    stacked = np.vstack(coefficients)
+    return stacked, np.vstack(terms), np.zeros(stacked.shape[0])
+
+
+def _continuity(pattern: GaitPattern, places: Sequence[_Places]) -> Rows:
+    """The sway goes on from domain to domain, and returns, mirrored where the gait is."""
+    signs = pattern.robot.mirror.coordinates.sign[:BASE] if pattern.mirrored else np.ones(BASE)
+    links = [(before, after, np.ones(BASE)) for before, after in pairwise(places)] + [(places[-1], places[0], signs)]
+    coefficients = [np.column_stack([np.ones(BASE), -sign]) for _, _, sign in links for _ in range(2)]
+    terms = [
+        np.column_stack([end, start])
+        for before, after, _ in links
+        for end, start in ((before.s[-1], after.s[0]), (before.ds[-1], after.ds[0]))
+    ]
+    return np.vstack(coefficients), np.vstack(terms), np.zeros(2 * BASE * len(links))
+
+
+def _stacked(rows: Sequence[Rows], width: int) -> tuple[Any, Vector]:
+    from scipy.sparse import csc_matrix, vstack
+
+    blocks = []
+    for coefficients, terms, right in rows:
+        first = np.repeat(np.arange(right.size), terms.shape[1])
+        blocks.append(csc_matrix((coefficients.ravel(), (first, terms.ravel())), shape=(right.size, width)))
+    return vstack(blocks), np.concatenate([right for _, _, right in rows])

@@ -1,0 +1,145 @@
+"""Where the solver starts: a walk that kinematics and the six rows of the base can draw.
+
+The base advances evenly at the wanted speed and sways as gravity and the contacts make it (``base_motion``); the feet
+follow their footholds; inverse kinematics gives the joints; one curve of the outputs' order a coordinate gives values
+and rates that fit together. From a standing robot the solver needs far more iterations (docs/performance.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from amble.hybrid import stance_jacobian
+from amble.numerics.bezier import evaluate, fit
+from amble.robot import Robot, dynamics, kinematics
+from amble.synthesis.base_trajectory import BASE, LevelWalk, base_trajectory
+from amble.synthesis.footholds import foot_path
+from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.node_block import output_indices
+from amble.synthesis.problem import GaitProblem
+from amble.types import Matrix, NodeValues, Vector
+
+INTERIOR = 0.1
+"""Share of a coordinate's range by which the pose keeps off its bounds: an interior-point method crawls along them."""
+
+SWING_FACTOR = 1.5
+"""Top of a swing foot's parabola over the clearance that is asked for."""
+
+DAMPING = 1e-3
+"""Of the inverse kinematics, m/rad; small against a leg, so that the feet are met where they can be."""
+
+KINEMATIC_STEPS = 8
+
+
+def initial_guess(problem: GaitProblem, layout: Layout) -> Vector:
+    """Return unscaled variables of a walk whose base sways as the contact forces ask, (n_x,)."""
+    guess = np.zeros(layout.size)
+    durations = middle_durations(problem)
+    robot, (pose, homes) = problem.pattern.robot, grounded_posture(problem)
+    bases, paths = _level(problem, layout, durations, pose, homes)
+    walks = []
+    for domain, base, path in zip(layout.domains, bases, paths, strict=True):
+        T = durations[domain.stance.name]
+        _, q, v, a = _smooth(problem, domain, T, inverse_kinematics(robot, base, pose[BASE:], path))
+        walks.append(LevelWalk(domain.stance, T, q, v, a))
+    shifts, forces = base_trajectory(problem.pattern, walks)
+    for domain, walk, base, path, shift, force in zip(layout.domains, walks, bases, paths, shifts, forces, strict=True):
+        motion = inverse_kinematics(robot, base + shift, pose[BASE:], path)
+        _fill(problem, domain, guess, walk.duration, motion, force)
+    guess[layout.period] = sum(walk.duration for walk in walks)
+    return guess
+
+
+def _level(
+    problem: GaitProblem, layout: Layout, durations: Mapping[str, float], pose: Vector, homes: Matrix
+) -> tuple[list[NodeValues], list[NodeValues]]:
+    """Base coordinates that advance evenly and the paths of the feet, domain by domain."""
+    pattern, began = problem.pattern, 0.0
+    walk = (problem.speed, SWING_FACTOR * problem.limits.clearance)
+    bases, paths = [], []
+    for domain in layout.domains:
+        T = durations[domain.stance.name]
+        times = began + T * domain.phases
+        base = np.tile(pose[:BASE], (times.size, 1))
+        base[:, 0] += problem.speed * times
+        feet = zip(pattern.robot.foot_names, homes, strict=True)
+        bases.append(base)
+        paths.append(np.hstack([foot_path(pattern, durations, foot, home, walk, times) for foot, home in feet]))
+        began += T
+    return bases, paths
+
+
+def middle_durations(problem: GaitProblem) -> dict[str, float]:
+    """Return the middle of the allowed durations of the solved domains, s."""
+    return {name: 0.5 * (low + high) for name, (low, high) in problem.limits.durations.items()}
+
+
+def grounded_posture(problem: GaitProblem) -> tuple[Vector, Matrix]:
+    """Return the posture inside its bounds, (n_q,), and where its feet are, projected onto the ground, (feet, 3)."""
+    robot = problem.pattern.robot
+    pose = problem.posture.coordinates(robot)
+    for name, (low, high) in problem.limits.positions.items():
+        place = robot.coordinate_names.index(name)
+        edge = INTERIOR * (high - low) if np.isfinite(high - low) else 0.0
+        pose[place] = np.clip(pose[place], low + edge, high - edge)
+    homes = np.array([np.asarray(kinematics.foot_position(robot, foot, pose)).ravel() for foot in robot.foot_names])
+    homes[:, 2] = 0.0
+    return pose, homes
+
+
+def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: NodeValues) -> NodeValues:
+    """Return coordinates with the given base whose feet come as near as they can to the given points, (n, n_q).
+
+    Damped least squares from the same joint angles at every node, so that neighbouring nodes get neighbouring poses.
+
+    Args:
+        robot: the robot.
+        base: base coordinates, (n, 6).
+        joints: angles to start from, (n_joints,).
+        feet: wanted positions in the robot's foot order, (n, 3 n_feet), m.
+    """
+    nodes = base.shape[0]
+    q = ca.SX.sym("q", robot.size)
+    positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names])
+    jacobian = ca.densify(stance_jacobian(robot, robot.foot_names, q))[:, 6:]
+    function = ca.Function("feet", [q], [positions, jacobian]).map(nodes)
+    motion = np.hstack([base, np.tile(joints, (nodes, 1))])
+    for _ in range(KINEMATIC_STEPS):
+        where, slopes = (np.asarray(part) for part in function(motion.T))
+        J = slopes.reshape((-1, nodes, joints.size)).transpose(1, 0, 2)
+        normal = J.transpose(0, 2, 1) @ J + DAMPING**2 * np.eye(joints.size)
+        step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ (feet - where.T)[:, :, None])
+        motion[:, 6:] += step[:, :, 0]
+    return motion
+
+
+def _smooth(problem: GaitProblem, domain: DomainLayout, T: float, motion: NodeValues) -> tuple[Matrix, ...]:
+    """Curves of the outputs' order through a motion: coefficients, and q, v, a at the nodes."""
+    rates = np.gradient(motion, domain.phases, axis=0, edge_order=2)
+    curves = fit(motion, rates, domain.phases, problem.outputs.order)
+    q, slope, curvature = evaluate(curves, domain.phases)
+    return curves, q, slope / T, curvature / T**2
+
+
+def _fill(
+    problem: GaitProblem, domain: DomainLayout, guess: Vector, T: float, motion: NodeValues, force: NodeValues
+) -> None:
+    """Write a domain's variables; the torques move the joints against the given contact forces."""
+    curves, q, v, a = _smooth(problem, domain, T, motion)
+    guess[domain.duration] = T
+    guess[domain.coefficients] = curves[output_indices(problem, domain)].ravel(order="F")
+    guess[domain.q], guess[domain.v], guess[domain.a] = q, v, a
+    guess[domain.force] = force
+    guess[domain.u] = _torques(problem.pattern.robot, domain, guess)
+
+
+def _torques(robot: Robot, domain: DomainLayout, guess: Vector) -> NodeValues:
+    symbols = [ca.SX.sym(letter, robot.size) for letter in "qva"]
+    lam = ca.SX.sym("lambda", 3 * len(domain.stance.feet))
+    load = dynamics.inverse_dynamics(robot, *symbols) - stance_jacobian(robot, domain.stance.feet, symbols[0]).T @ lam
+    function = ca.Function("torques", [*symbols, lam], [load[BASE:]]).map(domain.nodes)
+    known = (domain.q, domain.v, domain.a, domain.force)
+    return np.asarray(function(*(guess[part].T for part in known))).T

@@ -1,0 +1,179 @@
+"""Residuals inside a domain: motion, dynamics, contacts, outputs and allocation law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.control.outputs import selection_matrix
+from amble.errors import WorkError
+from amble.gait.record import DomainTrajectory, Gait
+from amble.hybrid import Stance, Switch
+from amble.types import IntegerVector, Matrix, Vector
+from amble.verification.findings import Finding, residuals
+from amble.verification.interpolation import fine_grid, interpolated
+from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
+
+
+@dataclass(frozen=True)
+class SampledDomain:
+    """One domain on a fine grid.
+
+    Attributes:
+        gait: the gait.
+        trajectory: the recorded motion.
+        stance: the stance.
+        switch: the switch that ends it.
+        loop: the output dynamics.
+        times: clock of the grid, (points,), s.
+        nodes: indices of the recorded nodes in the grid.
+        positions: interpolated q, (points, n_q).
+        velocities: interpolated v, (points, n_q).
+        terms: the equations of motion at the grid.
+        motion: the closed loop's accelerations, torques and forces at the grid, by the gait's law.
+    """
+
+    gait: Gait
+    trajectory: DomainTrajectory
+    stance: Stance
+    switch: Switch
+    loop: OutputDynamics
+    times: Vector
+    nodes: IntegerVector
+    positions: Matrix
+    velocities: Matrix
+    terms: Terms
+    motion: Motion
+
+    @property
+    def name(self) -> str:
+        """Name of the domain."""
+        return self.stance.name
+
+
+def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
+    """Interpolate a domain and solve its closed loop on the grid."""
+    trajectory, stance = gait.domains[number], gait.pattern.solved[number]
+    weights = selection_matrix(gait.robot, gait.outputs.of(stance.name))
+    loop = OutputDynamics(weights, weights.T @ trajectory.coefficients, trajectory.duration, gait.gains)
+    times = fine_grid(trajectory.times, grid)
+    q, v = interpolated(trajectory, times)
+    at = terms(gait.robot, stance.feet, q, v)
+    motion = allocated(at, loop.solve(at, times, q, v), gait.law)
+    nodes = np.arange(len(trajectory.times), dtype=np.int64) * grid
+    switch = gait.pattern.switches[number]
+    return SampledDomain(gait, trajectory, stance, switch, loop, times, nodes, q, v, at, motion)
+
+
+def domain_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """Return every residual of a domain but those of its motion in time."""
+    return [
+        *_clock(domain, tolerance),
+        *_nodes(domain, tolerance),
+        *_dynamics(domain, tolerance),
+        *_contact(domain, tolerance),
+        *_outputs(domain, tolerance),
+        *_law(domain, tolerance),
+    ]
+
+
+def size_of(values: Matrix) -> float:
+    """Scale of residuals: 1 + the largest recorded size."""
+    return 1.0 + float(np.max(np.abs(values), initial=0.0))
+
+
+def _clock(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    ends = np.array([[domain.trajectory.times[0], domain.trajectory.times[-1] - domain.trajectory.duration]])
+    names = [f"{domain.name} clock at the entry", f"{domain.name} clock at the end less the duration"]
+    return residuals("clock", names, ends, np.array([np.nan]), tolerance)
+
+
+def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible."""
+    robot, times = domain.gait.robot, domain.times
+    try:
+        q, v = integrate(robot, domain.stance.feet, domain.loop, domain.positions[0], domain.velocities[0], times)
+    except WorkError:
+        q = v = np.full_like(domain.positions, np.nan)
+    names = [f"{domain.name} motion {name}" for name in robot.coordinate_names]
+    rates = [f"{domain.name} motion rate of {name}" for name in robot.coordinate_names]
+    scale = size_of(domain.trajectory.velocities)
+    return [
+        *residuals("motion", names, domain.positions - q, times, tolerance),
+        *residuals("motion", rates, domain.velocities - v, times, tolerance, scale),
+    ]
+
+
+def _nodes(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """Recorded accelerations, torques and forces against the closed loop's."""
+    robot, trajectory, nodes = domain.gait.robot, domain.trajectory, domain.nodes
+    forces = [f"{foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
+    found: list[Finding] = []
+    for kind, labels, recorded, solved in (
+        ("acceleration", robot.coordinate_names, trajectory.accelerations, domain.motion.accelerations),
+        ("torque", robot.joint_names, trajectory.torques, domain.motion.torques),
+        ("force", forces, trajectory.forces, domain.motion.forces),
+    ):
+        names = [f"{domain.name} {kind} {label}" for label in labels]
+        found += residuals(kind, names, recorded - solved[nodes], trajectory.times, tolerance, size_of(recorded))
+    return found
+
+
+def _dynamics(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """D a + h - B u - J^T lambda of what is recorded."""
+    # shorthand
+    at, trajectory, nodes = domain.terms, domain.trajectory, domain.nodes
+    a, u, lam = trajectory.accelerations, trajectory.torques, trajectory.forces
+
+    balance = np.einsum("pij,pj->pi", at.mass[nodes], a) + at.bias[nodes]
+    balance -= np.einsum("pji,pj->pi", at.jacobian[nodes], lam)
+    balance[:, 6:] -= u
+    names = [f"{domain.name} dynamics {name}" for name in domain.gait.robot.coordinate_names]
+    scale = max(size_of(u), size_of(lam))
+    return residuals("dynamics", names, balance, trajectory.times, tolerance, scale)
+
+
+def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """Stance feet: height above the ground, drift from where they stood at the entry, velocity, acceleration."""
+    at, trajectory, nodes, times = domain.terms, domain.trajectory, domain.nodes, domain.times
+    found: list[Finding] = []
+    for foot in domain.stance.feet:
+        columns = at.foot(foot)
+        place, rate = at.positions[:, columns], at.rates[:, columns]
+        drift, velocity = ([f"{domain.name} {what} {foot} {a}" for a in "xyz"] for what in ("drift", "velocity"))
+        found += residuals("contact", [f"{domain.name} ground {foot}"], place[:1, 2:], times[:1], tolerance)
+        found += residuals("contact", drift, place - place[0], times, tolerance)
+        scale = size_of(trajectory.velocities)
+        found += residuals("contact", velocity, rate, times, tolerance, scale)
+    acceleration = np.einsum("pij,pj->pi", at.jacobian[nodes], trajectory.accelerations) + at.contact_bias[nodes]
+    names = [f"{domain.name} acceleration of foot {foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
+    scale = size_of(trajectory.accelerations)
+    return found + residuals("contact", names, acceleration, trajectory.times, tolerance, scale)
+
+
+def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """Outputs and their rates along the grid, and the output dynamics of the recorded accelerations at the nodes."""
+    trajectory, nodes, times = domain.trajectory, domain.nodes, domain.times
+    coordinates = domain.gait.outputs.of(domain.name).coordinates
+    value, rate = domain.loop.errors(times, domain.positions, domain.velocities)
+    commanded = domain.loop.commanded(times, domain.positions, domain.velocities)[nodes]
+    dynamics = (trajectory.accelerations[:, 3:] - commanded) @ domain.loop.weights.T
+    kinds = ("output", "output rate", "output dynamics")
+    outputs, changes, answers = ([f"{domain.name} {kind} {name}" for name in coordinates] for kind in kinds)
+    rates, accelerations = size_of(trajectory.velocities), size_of(trajectory.accelerations)
+    return [
+        *residuals("output", outputs, value, times, tolerance),
+        *residuals("output", changes, rate, times, tolerance, rates),
+        *residuals("output", answers, dynamics, trajectory.times, tolerance, accelerations),
+    ]
+
+
+def _law(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """Rows of the allocation law of the recorded torques, with orthonormal internal forces."""
+    gait, trajectory, nodes = domain.gait, domain.trajectory, domain.nodes
+    at = terms(gait.robot, domain.stance.feet, domain.positions[nodes], domain.velocities[nodes])
+    values = law_residuals(at, trajectory.torques, trajectory.forces, gait.law)
+    names = [f"{domain.name} law {gait.law.name} {row}" for row in range(values.shape[1])]
+    return residuals("law", names, values, trajectory.times, tolerance, size_of(trajectory.torques))

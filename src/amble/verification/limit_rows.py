@@ -1,0 +1,103 @@
+"""Limits along a domain: contact forces, swing feet, positions, speeds, torques, accelerations, duration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amble.verification.domain_rows import SampledDomain
+from amble.verification.findings import Finding, limit
+
+
+def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Finding]:
+    """Return the limits of a domain.
+
+    Args:
+        domain: the domain on its grid.
+        tolerance: what the ground and the bounds of the duration may miss, m and s.
+        slack: what any other limit may miss, as a share of its size: the gait problem imposes it at its nodes only.
+    """
+    bounds = domain.gait.limits.durations.get(domain.name, (0.0, np.inf))
+    duration = np.array([domain.trajectory.duration])
+    return [
+        limit("duration", f"{domain.name} duration", duration, np.array([np.nan]), bounds, tolerance),
+        *_forces(domain, slack),
+        *_swing(domain, tolerance, slack),
+        *_positions(domain, slack),
+        *_rates(domain, slack),
+    ]
+
+
+def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
+    """Normal force and the true friction cone of every stance foot; a foot that lifts ends at the cone's tip."""
+    limits, found = domain.gait.limits, []
+    lifting = domain.switch.lifting[:1] if not domain.switch.landing else ()
+    for number, foot in enumerate(domain.stance.feet):
+        inside = slice(None, -1) if foot in lifting else slice(None)
+        times, force = domain.times[inside], domain.motion.forces[inside, 3 * number : 3 * number + 3]
+        normal, tangential = force[:, 2], np.hypot(force[:, 0], force[:, 1])
+        used = np.where(normal > 0.0, tangential / np.where(normal > 0.0, normal, 1.0), np.inf)
+        least = 0.0 if foot in lifting else limits.normal_force
+        bounds, most = (least, np.inf), (0.0, limits.friction)
+        found += [
+            limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (1.0 + least)),
+            limit("friction", f"{domain.name} friction {foot}", used, times, most, slack * limits.friction),
+        ]
+    return found
+
+
+def _swing(domain: SampledDomain, tolerance: float, slack: float) -> list[Finding]:
+    """Swing feet: never under the ground, and at the clearance in the middle of their swing."""
+    least, times, found = domain.gait.limits.clearance, domain.times, []
+    for foot in domain.gait.robot.foot_names:
+        if foot in domain.stance.feet:
+            continue
+        height = domain.terms.positions[:, domain.terms.foot(foot)][:, 2]
+        name = f"{domain.name} height {foot}"
+        found.append(limit("penetration", name, height, times, (0.0, np.inf), tolerance))
+        middle = middle_of_swing(domain, foot)
+        if 0.0 <= middle <= 1.0:
+            when = np.array([middle * domain.trajectory.duration])
+            at_middle = np.interp(when, times, height)
+            name = f"{domain.name} clearance {foot}"
+            found.append(limit("clearance", name, at_middle, when, (least, np.inf), slack * least))
+    return found
+
+
+def middle_of_swing(domain: SampledDomain, foot: str) -> float:
+    """Phase of the domain at which a foot is half through its swing, every domain of the swing counting the same.
+
+    Outside [0, 1] where the middle lies in another domain.
+    """
+    stances = domain.gait.pattern.stances
+    here = next(place for place, stance in enumerate(stances) if stance.name == domain.name)
+    around = len(stances)
+    before = next((n for n in range(around) if foot in stances[here - n - 1].feet), around)
+    after = next((n for n in range(around) if foot in stances[(here + n + 1) % around].feet), around)
+    return 0.5 * (before + 1 + after) - before
+
+
+def _positions(domain: SampledDomain, slack: float) -> list[Finding]:
+    robot, found = domain.gait.robot, []
+    for name, bounds in domain.gait.limits.positions.items():
+        values = domain.positions[:, robot.coordinate_index(name)]
+        found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, slack))
+    return found
+
+
+def _rates(domain: SampledDomain, slack: float) -> list[Finding]:
+    """Speeds, torques and accelerations against symmetric limits."""
+    robot, limits, times = domain.gait.robot, domain.gait.limits, domain.times
+    joints = robot.joint_names
+    most = dict.fromkeys(robot.coordinate_names, limits.acceleration)
+    found = []
+    for kind, names, values, largest in (
+        ("speed", joints, domain.velocities[:, 6:], limits.speeds),
+        ("torque limit", joints, domain.motion.torques, limits.torques),
+        ("acceleration limit", robot.coordinate_names, domain.motion.accelerations, most),
+    ):
+        for column, name in enumerate(names):
+            if name in largest:
+                bounds = (-largest[name], largest[name])
+                row = f"{domain.name} {kind} {name}"
+                found.append(limit(kind, row, values[:, column], times, bounds, slack * largest[name]))
+    return found

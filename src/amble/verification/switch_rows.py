@@ -1,0 +1,110 @@
+"""Residuals and limits of the switch that ends a domain: guard, touchdown, impact, periodicity."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amble.errors import WorkError
+from amble.gait.record import Gait
+from amble.types import Matrix, Vector
+from amble.verification.domain_rows import SampledDomain, size_of
+from amble.verification.findings import Finding, limit, residuals
+from amble.verification.stance_model import Terms, terms
+
+NO_TIME = np.array([np.nan])
+
+
+def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain, tolerance: float) -> list[Finding]:
+    """Return the rows of one switch; behind the last solved domain follows the (mirrored) first one."""
+    last = domain.name == gait.pattern.solved[-1].name
+    q, v = following.positions[0], following.velocities[0]
+    if last and gait.pattern.mirrored:
+        q, v = gait.robot.mirror.position(q), gait.robot.mirror.position(v)
+    found = [*_guard(domain, tolerance), *_reset(domain, v, tolerance)]
+    return found + (_period(gait, domain, q, tolerance) if last else _continuity(domain, q, tolerance))
+
+
+def _guard(domain: SampledDomain, tolerance: float) -> list[Finding]:
+    """The guard is zero at the end and not before; a landing foot comes down within its velocity bounds."""
+    at, times, switch = domain.terms, domain.times, domain.switch
+    limits, end = domain.gait.limits, domain.times[-1:]
+    found: list[Finding] = []
+    for foot in switch.landing:
+        columns = at.foot(foot)
+        height, velocity = at.positions[:, columns][:, 2], at.rates[-1:, columns]
+        found += residuals("guard", [f"{switch.name} touchdown height {foot}"], height[-1:, None], end, tolerance)
+        inside = slice(1, -1)
+        found.append(
+            limit("guard", f"{switch.name} height before touchdown {foot}", height[inside], times[inside],
+                  (0.0, np.inf), tolerance)
+        )  # fmt: skip
+        for axis, bounds in enumerate(limits.touchdown_velocity):
+            name = f"{switch.name} touchdown velocity {foot} {'xyz'[axis]}"
+            found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance))
+    if switch.lifting and not switch.landing:
+        foot = switch.lifting[0]
+        column = 3 * domain.stance.feet.index(foot) + 2
+        force = domain.motion.forces[-1:, column : column + 1]
+        scale = size_of(domain.trajectory.forces)
+        found += residuals("guard", [f"{switch.name} lift-off force {foot}"], force, end, tolerance, scale)
+    return found
+
+
+def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Finding]:
+    """Plastic impact: D (v+ - v-) = J^T iota, J v+ = 0; both the recorded impulse and one solved for here."""
+    gait, switch, trajectory = domain.gait, domain.switch, domain.trajectory
+    names, before = gait.robot.coordinate_names, domain.velocities[-1]
+    if not switch.landing:
+        rows = [f"{switch.name} continuity rate of {name}" for name in names]
+        scale = size_of(trajectory.velocities)
+        return residuals("impact", rows, (after - before)[None], NO_TIME, tolerance, scale)
+    at = terms(gait.robot, switch.target.feet, domain.positions[-1:], domain.velocities[-1:])
+    velocity, impulse = plastic(at)
+    momentum = at.mass[0] @ (after - before)
+    balance = momentum - at.jacobian[0].T @ trajectory.impulse
+    stopped = at.jacobian[0] @ after
+    feet = [f"{foot} {axis}" for foot in switch.target.feet for axis in "xyz"]
+    kinds: list[tuple[str, list[str], Matrix, float]] = [
+        ("momentum", list(names), balance, size_of(momentum)),
+        ("rate of", list(names), after - velocity, size_of(trajectory.velocities)),
+        ("stops foot", feet, stopped, size_of(trajectory.velocities)),
+        ("impulse", feet, trajectory.impulse - impulse, size_of(impulse)),
+    ]
+    found: list[Finding] = []
+    for kind, labels, values, scale in kinds:
+        rows = [f"{switch.name} impact {kind} {label}" for label in labels]
+        found += residuals("impact", rows, np.asarray(values)[None], NO_TIME, tolerance, scale)
+    return found
+
+
+def plastic(at: Terms) -> tuple[Vector, Vector]:
+    """Velocities after the impact and the impulse, of the dense system [D -J^T; J 0].
+
+    Raises:
+        WorkError: the system is singular: no impulse stops the feet.
+    """
+    D, J, v = at.mass[0], at.jacobian[0], at.velocities[0]
+    n, c = len(D), len(J)
+    system = np.block([[D, -J.T], [J, np.zeros((c, c))]])
+    try:
+        solution = np.linalg.solve(system, np.concatenate([D @ v, np.zeros(c)]))
+    except np.linalg.LinAlgError:
+        raise WorkError(f"no impulse stops the feet {', '.join(at.feet)} at the end of the motion") from None
+    return solution[:n], solution[n:]
+
+
+def _continuity(domain: SampledDomain, after: Vector, tolerance: float) -> list[Finding]:
+    rows = [f"{domain.switch.name} continuity {name}" for name in domain.gait.robot.coordinate_names]
+    return residuals("continuity", rows, (after - domain.positions[-1])[None], NO_TIME, tolerance)
+
+
+def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) -> list[Finding]:
+    """The solved domains end where they began, further along x by speed times duration."""
+    duration = sum(part.duration for part in gait.domains)
+    advance = domain.positions[-1] - start
+    rows = [f"{domain.switch.name} periodicity {name}" for name in gait.robot.coordinate_names[1:]]
+    speed = np.array([advance[0] / duration - gait.speed])
+    return [
+        *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance),
+        *residuals("periodicity", ["mean speed less the speed asked for"], speed, NO_TIME, tolerance),
+    ]

@@ -1,0 +1,52 @@
+"""The certificate's file: which gait it is about, and what a refusal says."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from amble.errors import CertificateError, FallError, Row
+from amble.gait import Gait
+from amble.gait.files import load_gait, save_gait
+from amble.stability.gait_certificate import content_hash, identity, refusal_tree
+
+
+def test_the_hash_is_that_of_the_content(stabilised_gait: Gait, tmp_path: Path) -> None:
+    hashed = content_hash(stabilised_gait)
+    assert content_hash(load_gait(save_gait(stabilised_gait, tmp_path / "gait.json"))) == hashed
+    # how a gait was found, and by which versions, is not what it is
+    elsewhere = replace(stabilised_gait, versions={}, solver=replace(stabilised_gait.solver, seconds=1.0))
+    assert content_hash(elsewhere) == hashed
+    changed = (
+        replace(stabilised_gait, feedback=None),
+        replace(stabilised_gait, speed=0.3),
+        replace(stabilised_gait, limits=replace(stabilised_gait.limits, friction=0.5)),
+    )
+    assert len({hashed, *(content_hash(gait) for gait in changed)}) == 4
+
+
+def test_a_gait_is_named(stabilised_gait: Gait) -> None:
+    found = identity(stabilised_gait)
+    assert (found["name"], found["robot"], found["law"], found["speed_m_s"]) == (
+        "amble",
+        "astro",
+        {"name": "pinv", "parameters": {}},
+        0.2,
+    )
+    assert found["robot_hash"] == stabilised_gait.robot.hash
+
+
+def test_a_refusal_names_the_rows_and_claims_nothing(stabilised_gait: Gait) -> None:
+    rows = (Row("D1 fl friction", 0.0, 0.7, 0.6), Row("spectral radius plus its error bar", 0.0, 0.5, 1.0))
+    tree = json.loads(json.dumps(refusal_tree(stabilised_gait, CertificateError(rows)), allow_nan=False))
+    assert tree["certified"] is False
+    assert "spectral_radius" not in tree
+    assert [(row["name"], row["holds"]) for row in tree["conditions"]] == [(rows[0].name, False), (rows[1].name, True)]
+    assert any("D1 fl friction" in line for line in tree["refused_because"])
+
+
+def test_a_fall_is_a_reason_without_rows(stabilised_gait: Gait) -> None:
+    tree = refusal_tree(stabilised_gait, FallError("the motion fell"))
+    assert tree["refused_because"] == ["the motion fell"]
+    assert tree["conditions"] == []
