@@ -47,7 +47,15 @@ def small_problem() -> GaitProblem:
         clearance=0.02,
     )
     posture = catalogue.posture("astro")
-    return GaitProblem(pattern, joint_outputs(pattern), PseudoInverse(), 0.2, limits, posture, intervals=5)
+    return GaitProblem(
+        pattern=pattern,
+        outputs=joint_outputs(pattern),
+        law=PseudoInverse(),
+        speed=0.2,
+        limits=limits,
+        posture=posture,
+        intervals=5,
+    )
 
 
 @pytest.fixture(scope="session")

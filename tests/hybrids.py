@@ -67,8 +67,14 @@ def two_phases() -> HybridSystem:
     )
     lift = ca.Function("r2", arguments, [ca.vertcat(0.2 * x[1], 1 + 0.3 * x[2] * t, 0.4 * x[1])], names, ["s"])
     return HybridSystem(
-        [Domain("push", push, np.array([0.6, 0.5])), Domain("pull", pull, np.array([0.7, 0.2]))],
-        [Transition("push", "pull", leave_push, land, +1), Transition("pull", "push", leave_pull, lift, +1)],
+        [
+            Domain(name="push", field=push, parameters=np.array([0.6, 0.5])),
+            Domain(name="pull", field=pull, parameters=np.array([0.7, 0.2])),
+        ],
+        [
+            Transition(source="push", target="pull", guard=leave_push, reset=land, direction=+1),
+            Transition(source="pull", target="push", guard=leave_pull, reset=lift, direction=+1),
+        ],
     )
 
 

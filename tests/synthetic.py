@@ -128,7 +128,16 @@ def synthetic_gait(nodes: int = 31) -> Gait:
         gains=(100.0, 20.0),
         limits=synthetic_limits(),
         domains=tuple(domains),
-        solver=SolverReport("ipopt", "Solve_Succeeded", 39, 5.6, 4588, 4523, 1e-9, 62.9),
+        solver=SolverReport(
+            solver="ipopt",
+            status="Solve_Succeeded",
+            iterations=39,
+            seconds=5.6,
+            variables=4588,
+            constraints=4523,
+            violation=1e-9,
+            objective=62.9,
+        ),
         feedback=None,
         versions={"amble": "0.1.0"},
     )

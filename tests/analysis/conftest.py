@@ -15,15 +15,15 @@ def build_constant(torque: float, speed: float, duration: float = 2.0, distance:
     times = np.concatenate([np.linspace(0.0, 0.3 * duration, 4), np.linspace(0.3 * duration, duration, 9)])
     segments = np.repeat([0, 1], [4, 9])
     return Motion(
-        "nominal",
-        JOINTS,
-        times,
-        segments,
-        np.full((13, 12), speed),
-        {"pinv": np.full((13, 12), torque)},
-        distance,
-        21.5,
-        9.81,
+        label="nominal",
+        joints=JOINTS,
+        times=times,
+        segments=segments,
+        speeds=np.full((13, 12), speed),
+        torques={"pinv": np.full((13, 12), torque)},
+        distance=distance,
+        mass=21.5,
+        gravity=9.81,
     )
 
 
@@ -37,15 +37,15 @@ def build_oscillating(count: int, period: float = 0.4) -> Motion:
     torque = 10.0 * np.sin(phase)[:, None] * scale + 3.0 * (segments == 1)[:, None]
     speeds = 2.0 * np.cos(phase)[:, None] * scale
     return Motion(
-        "nominal",
-        JOINTS,
-        times,
-        segments,
-        speeds,
-        {"drop": 1.3 * torque, "pinv": torque},
-        0.2 * period,
-        21.5,
-        9.81,
+        label="nominal",
+        joints=JOINTS,
+        times=times,
+        segments=segments,
+        speeds=speeds,
+        torques={"drop": 1.3 * torque, "pinv": torque},
+        distance=0.2 * period,
+        mass=21.5,
+        gravity=9.81,
     )
 
 

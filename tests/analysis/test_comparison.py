@@ -15,7 +15,19 @@ Builder = Callable[..., Motion]
 
 def entry(law: str, cot: float, peak: float, rms: float) -> TorqueMetrics:
     """Metrics with the numbers a table prints."""
-    return TorqueMetrics("simulated", law, "paper", cot, 0.0, peak, "fl_knee", 0.0, rms, 0.0, 0.0)
+    return TorqueMetrics(
+        motion="simulated",
+        law=law,
+        actuator="paper",
+        cot=cot,
+        cot_error=0.0,
+        peak_torque=peak,
+        peak_joint="fl_knee",
+        peak_time=0.0,
+        rms_torque=rms,
+        mechanical_power=0.0,
+        heat_power=0.0,
+    )
 
 
 def test_reductions_of_the_papers_table() -> None:

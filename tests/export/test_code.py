@@ -48,7 +48,7 @@ def test_laws_in_c_answer_as_in_python(law: MinimumPower, count: int, tmp_path: 
     code = c_code(whole, "A law.")
     assert "malloc" not in code.text
     sample = samples("astro", count, 1, seed=12, spread=0.1)[0]
-    parts = (sample.torques, sample.null, sample.forces, sample.force_basis, sample.speeds)
+    parts = (sample.torques, sample.torque_basis, sample.forces, sample.force_basis, sample.speeds)
     values = [np.ascontiguousarray(part.ravel(order="F")) for part in parts]
     found = evaluate(code, tmp_path, values, [whole.numel_out(i) for i in range(whole.n_out())])
     expected = function.call([ca.DM(part) for part in parts])

@@ -30,7 +30,16 @@ def random_gait(seed: int = 0, law: AllocationLaw | None = None, stabilised: boo
         gains=(100.0, 20.0),
         limits=_limits(pattern),
         domains=domains,
-        solver=SolverReport("ipopt", "Solve_Succeeded", 39, 5.6, 4588, 4523, 1.2e-9, 61.25),
+        solver=SolverReport(
+            solver="ipopt",
+            status="Solve_Succeeded",
+            iterations=39,
+            seconds=5.6,
+            variables=4588,
+            constraints=4523,
+            violation=1.2e-9,
+            objective=61.25,
+        ),
         feedback=_feedback(random, pattern, outputs) if stabilised else None,
         versions={"amble": "0.1.0", "casadi": "3.8.2"},
         multipliers=LagrangeMultipliers(frozen(random.normal(size=4588)), frozen(random.normal(size=4523)))

@@ -125,15 +125,15 @@ def test_torque_magnitudes_of_both_laws(two_cycles: Motion) -> None:
 def test_torque_lines_keep_the_sign_and_name_every_law(two_cycles: Motion) -> None:
     laws = {name: two_cycles.torques["pinv"] * (k + 1) for k, name in enumerate("abcdefg")}
     motion = Motion(
-        "nominal",
-        two_cycles.joints,
-        two_cycles.times,
-        two_cycles.segments,
-        two_cycles.speeds,
-        laws,
-        two_cycles.distance,
-        two_cycles.mass,
-        two_cycles.gravity,
+        label="nominal",
+        joints=two_cycles.joints,
+        times=two_cycles.times,
+        segments=two_cycles.segments,
+        speeds=two_cycles.speeds,
+        torques=laws,
+        distance=two_cycles.distance,
+        mass=two_cycles.mass,
+        gravity=two_cycles.gravity,
     )
     figure = torque_lines(motion, ["fl_knee", "rl_knee"])
     lines = figure.axes[0].lines

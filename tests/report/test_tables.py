@@ -59,7 +59,14 @@ def test_any_text_is_shown_as_it_is_in_markdown() -> None:
 
     random = np.random.default_rng(9)
     names = [*filter(allowed, (hostile_name(random) for _ in range(200))), "a\\|b", "![a](b)", "<script>", "*a*"]
-    page = Page(names[0], (), (), (FigureFile("figure", names[0]),), dict.fromkeys(names, "a\nb"), {})
+    page = Page(
+        title=names[0],
+        summary=(),
+        tables=(),
+        figures=(FigureFile("figure", names[0]),),
+        settings=dict.fromkeys(names, "a\nb"),
+        versions={},
+    )
     inline = [token for token in MarkdownIt().enable("table").parse(page_text(page)) if token.type == "inline"]
     shown = ["".join(part.content for part in token.children or ()) for token in inline]
     kinds = {part.type for token in inline for part in token.children or ()}

@@ -53,7 +53,15 @@ def symmetric_robot(seed: int, pairs: int, depth: int) -> Robot:
         for name, parent, place in zip(names, parents, (offset, REFLECTION @ offset), strict=True):
             feet.append(Foot(name, name, parent, frozen(place)))
         twins.append(names)
-    return Robot("drawn", "drawn", tuple(links), tuple(joints), tuple(feet), 9.81, tuple(twins))
+    return Robot(
+        name="drawn",
+        source="drawn",
+        links=tuple(links),
+        joints=tuple(joints),
+        feet=tuple(feet),
+        gravity=9.81,
+        twins=tuple(twins),
+    )
 
 
 def halves(link: Link) -> tuple[Vector, Matrix]:
@@ -66,7 +74,16 @@ def revolute(name: str, parent: int, child: int, translation: Vector, axis: Vect
     """Return a joint without limits."""
     endless = np.inf
     return Joint(
-        name, parent, child, frozen(np.eye(3)), frozen(translation), frozen(axis), -endless, endless, endless, endless
+        name=name,
+        parent=parent,
+        child=child,
+        rotation=frozen(np.eye(3)),
+        translation=frozen(translation),
+        axis=frozen(axis),
+        lower=-endless,
+        upper=endless,
+        effort=endless,
+        velocity=endless,
     )
 
 

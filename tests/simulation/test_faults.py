@@ -63,7 +63,10 @@ def test_a_motion_into_a_failure_ends_there(name: str) -> None:
     guard = ca.Function("guard", [t, x, p], [x + 1.0], ARGUMENTS, ["guard"])
     reset = ca.Function("reset", [t, x, p], [ca.MX(1.0)], ARGUMENTS, ["state"])
     system = HybridSystem(
-        [Domain("fall", field, frozen([]))], [Transition("fall", "fall", guard, reset, -1)], (), ("x",)
+        [Domain(name="fall", field=field, parameters=frozen([]))],
+        [Transition(source="fall", target="fall", guard=guard, reset=reset, direction=-1)],
+        (),
+        ("x",),
     )
     trace = simulate(system, np.array([0.5]), 1)
     assert trace.ended.startswith("the motion cannot go on")

@@ -203,7 +203,9 @@ def test_compiled_wrapped_and_sparse_functions_move_alike(prepare: Preparation) 
         [t, x, p],
         [ca.sparsify(ca.DM([[0, 1, 0], [1, 0, 0], [0, 0, 1]])) @ compiled(domain.field)(t, x, p)[[1, 0, 2]]],
     )
-    other = HybridSystem([Domain("push", wrapped, domain.parameters), system.domains[1]], system.transitions)
+    other = HybridSystem(
+        [Domain(name="push", field=wrapped, parameters=domain.parameters), system.domains[1]], system.transitions
+    )
     start = [0.0, 1.0, 0.2]
     assert leaving
     assert run(prepare, other, start).state == pytest.approx(run(prepare, system, start).state, abs=1e-13)

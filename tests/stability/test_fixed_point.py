@@ -57,7 +57,12 @@ def _drifting() -> HybridSystem:
     field = ca.Function("field", [t, x, p], [ca.SX(2) * ca.SX.ones(1)], ["t", "x", "p"], ["r"])
     guard = ca.Function("guard", [t, x, p], [t - 1], ["t", "x", "p"], ["g"])
     reset = ca.Function("reset", [t, x, p], [x], ["t", "x", "p"], ["s"])
-    return HybridSystem([Domain("drift", field)], [Transition("drift", "drift", guard, reset, 1)], (), ("far",))
+    return HybridSystem(
+        [Domain(name="drift", field=field)],
+        [Transition(source="drift", target="drift", guard=guard, reset=reset, direction=1)],
+        (),
+        ("far",),
+    )
 
 
 def test_a_guess_that_falls_says_so() -> None:

@@ -20,18 +20,18 @@ def pair_block() -> Block:
     instances = COUNT - 2
     chain = np.arange(instances)
     return Block(
-        "pair",
-        w,
-        c,
-        p,
-        ca.vertcat(ca.sin(w[0]) * w[1] - c[0], w[1] ** 2 * w[2] + p[0] * w[0]),
-        c[1] * (w[0] - w[1]) ** 2 * ca.exp(w[2]) + p[1] * w[0] ** 4,
-        ("sine", "square"),
-        np.column_stack([chain, chain + 1, np.full(instances, COUNT - 1)]),
-        CONSTANTS,
-        tuple(f"link {k}" for k in chain),
-        np.zeros((instances, 2)),
-        np.tile([0.0, np.inf], (instances, 1)),
+        name="pair",
+        variables=w,
+        constants=c,
+        parameters=p,
+        rows=ca.vertcat(ca.sin(w[0]) * w[1] - c[0], w[1] ** 2 * w[2] + p[0] * w[0]),
+        cost=c[1] * (w[0] - w[1]) ** 2 * ca.exp(w[2]) + p[1] * w[0] ** 4,
+        labels=("sine", "square"),
+        columns=np.column_stack([chain, chain + 1, np.full(instances, COUNT - 1)]),
+        values=CONSTANTS,
+        places=tuple(f"link {k}" for k in chain),
+        lower=np.zeros((instances, 2)),
+        upper=np.tile([0.0, np.inf], (instances, 1)),
     )
 
 
@@ -39,18 +39,18 @@ def end_block() -> Block:
     """One row without cost or constants."""
     w = ca.SX.sym("w", 2)
     return Block(
-        "end",
-        w,
-        ca.SX(0, 1),
-        ca.SX.sym("p", 2),
-        ca.vertcat(w[0] * w[1] ** 3),
-        ca.SX(1, 1),
-        ("product",),
-        np.array([[0, COUNT - 1]]),
-        np.zeros((1, 0)),
-        ("end",),
-        np.array([[-1.0]]),
-        np.array([[1.0]]),
+        name="end",
+        variables=w,
+        constants=ca.SX(0, 1),
+        parameters=ca.SX.sym("p", 2),
+        rows=ca.vertcat(w[0] * w[1] ** 3),
+        cost=ca.SX(1, 1),
+        labels=("product",),
+        columns=np.array([[0, COUNT - 1]]),
+        values=np.zeros((1, 0)),
+        places=("end",),
+        lower=np.array([[-1.0]]),
+        upper=np.array([[1.0]]),
     )
 
 

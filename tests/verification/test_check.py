@@ -196,7 +196,18 @@ def polynomial(times: Vector, degree: int) -> DomainTrajectory:
     series = np.polynomial.Polynomial(power.astype(float))
     q, v, a = (np.asarray(part(times))[:, None] for part in (series, series.deriv(), series.deriv(2)))
     empty = frozen(np.zeros((times.size, 0)))
-    return DomainTrajectory("D1", 1.0, empty, times, q, v, a, empty, empty, frozen([]))
+    return DomainTrajectory(
+        name="D1",
+        duration=1.0,
+        coefficients=empty,
+        times=times,
+        positions=q,
+        velocities=v,
+        accelerations=a,
+        torques=empty,
+        forces=empty,
+        impulse=frozen([]),
+    )
 
 
 @pytest.mark.parametrize("degree", range(6))

@@ -36,7 +36,7 @@ class AllocationLimits:
     torques: Mapping[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LawMetrics:
     """What one law does along one motion.
 

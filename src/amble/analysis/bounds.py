@@ -10,7 +10,7 @@ from amble.errors import InputError
 from amble.gait import Limits
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ContactBounds:
     """Bounds of the monitors; contact quantities in the world frame, ground at height 0.
 
@@ -56,4 +56,12 @@ class ContactBounds:
             drift: drift that is tolerated, m; a stance constraint without stabilisation drifts with the integrator.
             pivot: smallest pivot under which the decoupling equations count as singular.
         """
-        return cls(limits.friction, 0.0, penetration, drift, pivot, limits.torques, limits.speeds)
+        return cls(
+            friction=limits.friction,
+            normal_force=0.0,
+            penetration=penetration,
+            drift=drift,
+            pivot=pivot,
+            torques=limits.torques,
+            speeds=limits.speeds,
+        )

@@ -11,7 +11,7 @@ from amble.control.actuator import Actuator
 from amble.errors import InputError, UnknownNameError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Reduction:
     """How much less one law takes than a baseline, in percent of the baseline; negative where it takes more."""
 
@@ -53,10 +53,10 @@ class Comparison:
         """
         before, after = self.of(baseline, motion, actuator), self.of(law, motion, actuator)
         return Reduction(
-            motion,
-            actuator,
-            baseline,
-            law,
+            motion=motion,
+            actuator=actuator,
+            baseline=baseline,
+            law=law,
             cot=_percent(before.cot, after.cot),
             peak_torque=_percent(before.peak_torque, after.peak_torque),
             rms_torque=_percent(before.rms_torque, after.rms_torque),

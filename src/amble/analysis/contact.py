@@ -34,7 +34,7 @@ class Worst:
         return f"{self.row} at {self.time:.4f} s, cycle {self.cycle}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ContactReport:
     """What the monitors of a simulated motion saw.
 
@@ -78,7 +78,7 @@ class ContactReport:
         return tuple(sorted(outside, key=lambda worst: -worst.row.violation))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Feet:
     """The monitored quantities of every sample and foot, (n, n_feet); where a quantity has no meaning it cannot win."""
 

@@ -12,7 +12,7 @@ from amble.control.actuator import Actuator
 from amble.types import IntegerVector, NodeValues, Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TorqueMetrics:
     """What one law costs along one motion.
 

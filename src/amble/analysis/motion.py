@@ -12,7 +12,7 @@ from amble.errors import InputError, UnknownNameError
 from amble.types import IntegerVector, NodeValues, Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Motion:
     """Samples along one trajectory, with the torques of each law (docs/theory/allocation.md, eq. 3).
 

@@ -80,6 +80,14 @@ def _reallocation(robot: Robot, feet: tuple[str, ...], law: AllocationLaw) -> ca
     # to the minimum-norm member first, from which a law chooses
     back = -SymmetricFactor.of(torque_basis.T @ torque_basis).solve(torque_basis.T @ u)
     least, least_forces = u + torque_basis @ back, forces + force_basis @ back
-    redundancy = Redundancy(robot, feet, least, torque_basis, least_forces, force_basis, v[robot.size - joints :])
+    redundancy = Redundancy(
+        robot=robot,
+        feet=feet,
+        torques=least,
+        torque_basis=torque_basis,
+        forces=least_forces,
+        force_basis=force_basis,
+        speeds=v[robot.size - joints :],
+    )
     s = law.allocate(redundancy)
     return ca.Function("reallocation", [q, v, u, forces], [least + torque_basis @ s, least_forces + force_basis @ s])

@@ -17,7 +17,7 @@ from amble.simulation import Trace
 from amble.types import IntegerVector, NodeValues, Vector, frozen
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Samples:
     """A motion of a robot, sampled; both sides of every event are there.
 
@@ -70,8 +70,8 @@ class Samples:
         if not np.any(kept):
             raise InputError(f"the {self.label} motion has no sample in cycles {first} to {past - 1}")
         return Samples(
-            self.label,
-            self.pattern,
+            label=self.label,
+            pattern=self.pattern,
             times=frozen(self.times[kept]),
             segments=_frozen_integers(self.segments[kept]),
             stances=_frozen_integers(self.stances[kept]),
@@ -89,15 +89,15 @@ class Samples:
             torques: law name -> joint torques, (n, n_joints), N m.
         """
         return Motion(
-            self.label,
-            self.robot.joint_names,
-            self.times,
-            self.segments,
-            self.velocities[:, 6:],
-            dict(torques),
-            self.distance,
-            self.robot.mass,
-            self.robot.gravity,
+            label=self.label,
+            joints=self.robot.joint_names,
+            times=self.times,
+            segments=self.segments,
+            speeds=self.velocities[:, 6:],
+            torques=dict(torques),
+            distance=self.distance,
+            mass=self.robot.mass,
+            gravity=self.robot.gravity,
         )
 
 
@@ -125,8 +125,8 @@ def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
         parts.append(part)
     segments = np.concatenate([part.visits + visits * number for number, part in enumerate(parts)])
     return Samples(
-        "nominal",
-        gait.pattern,
+        label="nominal",
+        pattern=gait.pattern,
         times=frozen(np.concatenate([part.times for part in parts])),
         segments=_frozen_integers(segments),
         stances=_frozen_integers(segments % (visits * len(halves))),
@@ -153,8 +153,8 @@ def samples_of_trace(trace: Trace, pattern: GaitPattern) -> Samples:
     if trace.state.shape[1] != 2 * size:
         raise InputError(f"the trace has {trace.state.shape[1]} states; robot '{pattern.robot.name}' has {2 * size}")
     return Samples(
-        "simulated",
-        pattern,
+        label="simulated",
+        pattern=pattern,
         times=trace.time,
         segments=_frozen_integers(np.concatenate([[0], np.cumsum(_enters(trace))])),
         stances=_frozen_integers(stance_indices(trace, pattern)),
@@ -189,7 +189,7 @@ def _enters(trace: Trace) -> NDArray[np.bool_]:
     return (np.diff(trace.domain) != 0) | (np.diff(trace.cycle) != 0) | (np.diff(trace.clock) < 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Part:
     """Half a cycle, or a whole one where the gait is not mirrored; ``visits`` numbers the domains from 0."""
 
@@ -206,12 +206,12 @@ def _solved_part(gait: Gait) -> _Part:
     starts = np.concatenate([[0.0], np.cumsum([domain.duration for domain in gait.domains])])
     counts = [len(domain.times) for domain in gait.domains]
     return _Part(
-        np.concatenate([start + domain.times for start, domain in zip(starts[:-1], gait.domains, strict=True)]),
-        np.repeat(np.arange(len(counts)), counts),
-        np.concatenate([domain.positions for domain in gait.domains]),
-        np.concatenate([domain.velocities for domain in gait.domains]),
-        np.concatenate([domain.torques for domain in gait.domains]),
-        np.concatenate([_forces_of_all_feet(gait, number) for number in range(len(counts))]),
+        times=np.concatenate([start + domain.times for start, domain in zip(starts[:-1], gait.domains, strict=True)]),
+        visits=np.repeat(np.arange(len(counts)), counts),
+        positions=np.concatenate([domain.positions for domain in gait.domains]),
+        velocities=np.concatenate([domain.velocities for domain in gait.domains]),
+        torques=np.concatenate([domain.torques for domain in gait.domains]),
+        forces=np.concatenate([_forces_of_all_feet(gait, number) for number in range(len(counts))]),
     )
 
 

@@ -26,7 +26,7 @@ STEEPEST = 0.3
 ARGUMENTS = ["t", "x", "p"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StanceLoop:
     """Compiled functions of one stance and of the switch that ends it; all take (t, x, p).
 

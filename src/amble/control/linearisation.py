@@ -63,6 +63,14 @@ def linearise(
     # with u = (D a + h - J^T lambda)_joints, N^T u = 0 is a row for a and lambda, next to the base's six
     a, smallest = equations.solve(commanded, -stance_bias(robot, feet, q, v), -equations.rows @ h)
     u = (equations.mass @ a + h - J.T @ smallest)[BASE_SIZE:]
-    redundancy = Redundancy(robot, feet, u, N, smallest, equations.force_basis, v[BASE_SIZE:])
+    redundancy = Redundancy(
+        robot=robot,
+        feet=feet,
+        torques=u,
+        torque_basis=N,
+        forces=smallest,
+        force_basis=equations.force_basis,
+        speeds=v[BASE_SIZE:],
+    )
     s = law.allocate(redundancy)
     return Linearised(a, u + N @ s, smallest + equations.force_basis @ s, redundancy, equations)

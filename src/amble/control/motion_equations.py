@@ -24,7 +24,7 @@ SMALLEST_PIVOT = 1e-6
 """Pivots are sines of angles between equations, about 0.1 for ASTRo; below this six digits of the torques are gone."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MotionEquations:
     """J a = contact, S a - w in the kernel of H, and P (D a - J^T lambda) = load.
 
@@ -73,7 +73,18 @@ class MotionEquations:
         closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:]) @ null_space)
         directions = _open_directions(J, null_space, closure.kernel)
         balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -robot.mass * (P @ J.T)))
-        return cls(D, J, null_space, P, W, N, closure, directions, balance, robot.mass)
+        return cls(
+            mass=D,
+            jacobian=J,
+            null_space=null_space,
+            rows=P,
+            force_basis=W,
+            torque_basis=N,
+            closure=closure,
+            open=directions,
+            balance=balance,
+            total=robot.mass,
+        )
 
     @property
     def pivots(self) -> ca.SX:

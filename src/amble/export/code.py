@@ -44,7 +44,7 @@ int {name}(const double **arg, double **res, long long *iw, double *w) {{
 """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Code:
     """One C file with one entry point ``int name(arg, res, iw, w)``, and the scratch it needs.
 
@@ -87,7 +87,14 @@ def c_code(function: ca.Function, what: str) -> Code:
     body = _FUNCTION.sub(_touch, body).replace(_NOINLINE, "static AMBLE_NOINLINE void")
     head = _HEADING.format(what=comment(what), version=ca.__version__)
     text = head + body.rstrip() + "\n" + _CALL.format(name=name, inner=entry.group(2))
-    return Code(name, text, function.sz_arg(), function.sz_res(), function.sz_iw(), function.sz_w())
+    return Code(
+        name=name,
+        text=text,
+        arguments=function.sz_arg(),
+        results=function.sz_res(),
+        integers=function.sz_iw(),
+        work=function.sz_w(),
+    )
 
 
 def _without_interface(text: str) -> str:

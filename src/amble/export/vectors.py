@@ -28,7 +28,7 @@ A_STANCE = 20
 SEED = 2026
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Vectors:
     """One call of the controller right after the entry of a stance at time 0, and its answer."""
 
@@ -110,7 +110,16 @@ def _answer(
     limit = torque_limits(gait)
     status = (SATURATED if np.any(np.abs(torques) > limit) else OK) | (CONTACT_FORCE if margin[0] < 0.0 else OK)
     contact = np.array([foot in stance.feet for foot in robot.foot_names], dtype=np.int64)
-    return Vectors(number, clock, q, v, contact, np.clip(torques, -limit, limit), forces, status)
+    return Vectors(
+        stance=number,
+        clock=clock,
+        positions=q,
+        velocities=v,
+        contact=contact,
+        torques=np.clip(torques, -limit, limit),
+        forces=forces,
+        status=status,
+    )
 
 
 def _failures(gait: Gait, sound: Vectors) -> list[Vectors]:
@@ -120,7 +129,16 @@ def _failures(gait: Gait, sound: Vectors) -> list[Vectors]:
     def fallen(status: int, clock: float, q: Vector, v: Vector) -> Vectors:
         rates = np.where(np.isfinite(v[-joints:]), v[-joints:], 0.0)
         torques = np.clip(-DAMPING * rates, -limit, limit)
-        return Vectors(sound.stance, clock, q, v, sound.contact, torques, np.zeros_like(sound.forces), status)
+        return Vectors(
+            stance=sound.stance,
+            clock=clock,
+            positions=q,
+            velocities=v,
+            contact=sound.contact,
+            torques=torques,
+            forces=np.zeros_like(sound.forces),
+            status=status,
+        )
 
     lost_position, lost_rate = sound.positions.copy(), sound.velocities.copy()
     lost_position[2], lost_rate[-1] = np.nan, np.inf
@@ -130,13 +148,13 @@ def _failures(gait: Gait, sound: Vectors) -> list[Vectors]:
         fallen(BAD_CLOCK, -1.0, sound.positions, sound.velocities),
         fallen(NOT_FINITE, np.nan, sound.positions, sound.velocities),
         Vectors(
-            sound.stance,
-            sound.clock,
-            sound.positions,
-            sound.velocities,
-            np.zeros_like(sound.contact),
-            sound.torques,
-            sound.forces,
-            sound.status | CONTACT_FLAGS,
+            stance=sound.stance,
+            clock=sound.clock,
+            positions=sound.positions,
+            velocities=sound.velocities,
+            contact=np.zeros_like(sound.contact),
+            torques=sound.torques,
+            forces=sound.forces,
+            status=sound.status | CONTACT_FLAGS,
         ),
     ]

@@ -51,17 +51,17 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
         target = pattern.stances[0].name if half and last else switch.target.name
         domains.append(
             Domain(
-                name,
-                loop.field,
-                parameters[name],
-                loop.signals,
-                loop.jacobian,
+                name=name,
+                field=loop.field,
+                parameters=parameters[name],
+                signals=loop.signals,
+                jacobian=loop.jacobian,
                 admissibility=loop.admissibility,
                 breakpoints=(reference_end(parameters[name]),),
             )
         )
         reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
-        transitions.append(Transition(name, target, loop.guard, reset, -1))
+        transitions.append(Transition(source=name, target=target, guard=loop.guard, reset=reset, direction=-1))
     if pattern.mirrored and not half:
         second = pattern.all_switches[len(pattern.solved) :]
         for loop, switch, original in zip(loops, second, pattern.switches, strict=True):
@@ -144,11 +144,13 @@ def _mirrored_domain(robot: Robot, loop: StanceLoop, switch: Switch, parameters:
     recorded = dict(zip(loop.signals.name_out(), loop.signals(t, image, p), strict=True))
     signals = {name: _mirrored_signal(robot, name, value) for name, value in recorded.items()}
     return Domain(
-        switch.source.name,
-        ca.Function("mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]),
-        parameters,
-        ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
-        ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
+        name=switch.source.name,
+        field=ca.Function(
+            "mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]
+        ),
+        parameters=parameters,
+        signals=ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
+        jacobian=ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
         admissibility=ca.Function(
             "mirrored_admissibility", [t, x, p], [loop.admissibility(t, image, p)], ARGUMENTS, ["margin"]
         ),
@@ -162,7 +164,7 @@ def _mirrored_transition(robot: Robot, loop: StanceLoop, switch: Switch) -> Tran
     guard = ca.Function("mirrored_guard", [t, x, p], [loop.guard(t, image, p)], ARGUMENTS, ["guard"])
     after = robot.mirror.state(loop.reset(t, image, p))
     reset = ca.Function("mirrored_reset", [t, x, p], [after], ARGUMENTS, ["state"])
-    return Transition(switch.source.name, switch.target.name, guard, reset, -1)
+    return Transition(source=switch.source.name, target=switch.target.name, guard=guard, reset=reset, direction=-1)
 
 
 def _mirrored_signal(robot: Robot, name: str, value: ca.MX) -> ca.MX:

@@ -20,7 +20,7 @@ GRAVITY = (0.5, 30.0)
 Interval = tuple[float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Limits:
     """Bounds of a gait problem, SI units and radians; contact quantities in the world frame.
 

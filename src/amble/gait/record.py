@@ -14,7 +14,7 @@ from amble.robot import Robot
 from amble.types import Matrix, NodeValues, Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DomainTrajectory:
     """The optimised motion in one solved domain, at the collocation nodes (interval ends and middles).
 
@@ -71,7 +71,7 @@ class Feedback:
         check_feedback(self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SolverReport:
     """How a gait was found: solver status, iterations, wall time in s, problem size, largest violation, objective."""
 
@@ -103,7 +103,7 @@ class LagrangeMultipliers:
     rows: Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Gait:
     """A periodic motion with the control law that realises it.
 

@@ -56,14 +56,14 @@ def robot_from(reader: Reader) -> Robot:
     reader.expect("name", "source", "hash", "gravity", "symmetry_tolerance", "twins", "links", "joints", "feet")
     links = tuple(_link(entry) for entry in reader.each("links"))
     robot = Robot(
-        reader.text("name"),
-        reader.text("source"),
-        links,
-        tuple(_joint(entry, len(links)) for entry in reader.each("joints")),
-        tuple(_foot(entry, len(links)) for entry in reader.each("feet")),
-        reader.number("gravity", "m/s^2"),
-        _twins(reader),
-        reader.number("symmetry_tolerance", "1"),
+        name=reader.text("name"),
+        source=reader.text("source"),
+        links=links,
+        joints=tuple(_joint(entry, len(links)) for entry in reader.each("joints")),
+        feet=tuple(_foot(entry, len(links)) for entry in reader.each("feet")),
+        gravity=reader.number("gravity", "m/s^2"),
+        twins=_twins(reader),
+        symmetry_tolerance=reader.number("symmetry_tolerance", "1"),
     )
     if len(links) != len(robot.joints) + 1 or robot.hash != reader.text("hash"):
         raise InputError(
@@ -86,16 +86,16 @@ def _joint(entry: Reader, links: int) -> Joint:
     entry.expect("name", "parent", "child", "rotation", "translation", "axis", "range", "effort", "velocity")
     lower, upper = entry.pair("range", "rad", infinite=True)
     return Joint(
-        entry.text("name"),
-        _index(entry, "parent", links),
-        _index(entry, "child", links),
-        entry.array("rotation", "1", (3, 3)),
-        entry.array("translation", "m", (3,)),
-        entry.array("axis", "1", (3,)),
-        lower,
-        upper,
-        entry.number("effort", "N m", infinite=True),
-        entry.number("velocity", "rad/s", infinite=True),
+        name=entry.text("name"),
+        parent=_index(entry, "parent", links),
+        child=_index(entry, "child", links),
+        rotation=entry.array("rotation", "1", (3, 3)),
+        translation=entry.array("translation", "m", (3,)),
+        axis=entry.array("axis", "1", (3,)),
+        lower=lower,
+        upper=upper,
+        effort=entry.number("effort", "N m", infinite=True),
+        velocity=entry.number("velocity", "rad/s", infinite=True),
     )
 
 

@@ -11,7 +11,7 @@ from amble.numerics.linear_algebra import SymmetricFactor
 from amble.robot import Robot, dynamics, kinematics
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ConstrainedDynamics:
     """The motion of a robot that stands on some feet, affine in the torques.
 
@@ -80,14 +80,31 @@ def constrained_dynamics(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) 
     positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1))
     motion, inputs = -D.solve(h), D.solve(B)
     if not feet:
-        nothing = ca.SX(0, 1), ca.SX(0, len(robot.joints))
-        return ConstrainedDynamics(motion, inputs, *nothing, J, positions, D, J.T, None)
+        return ConstrainedDynamics(
+            free_acceleration=motion,
+            input_map=inputs,
+            free_force=ca.SX(0, 1),
+            force_map=ca.SX(0, len(robot.joints)),
+            jacobian=J,
+            positions=positions,
+            mass=D,
+            spread=J.T,
+            apparent=None,
+        )
     Y = D.solve(J.T)
     apparent = SymmetricFactor.of(J @ Y)  # J D^-1 J^T, the inverse of the mass seen at the feet
     free_force = -apparent.solve(J @ motion + Jdv)
     force_map = -apparent.solve(J @ inputs)
     return ConstrainedDynamics(
-        motion + Y @ free_force, inputs + Y @ force_map, free_force, force_map, J, positions, D, Y, apparent
+        free_acceleration=motion + Y @ free_force,
+        input_map=inputs + Y @ force_map,
+        free_force=free_force,
+        force_map=force_map,
+        jacobian=J,
+        positions=positions,
+        mass=D,
+        spread=Y,
+        apparent=apparent,
     )
 
 

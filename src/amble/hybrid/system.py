@@ -20,7 +20,7 @@ from amble.types import Vector, frozen
 FIELD_ARGUMENTS = ("t", "x", "p")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Domain:
     """A vertex of the graph: where one vector field holds.
 
@@ -76,7 +76,13 @@ class Domain:
             admissibility_function = ca.Function(
                 f"{label}_alive", symbols, [admissibility], FIELD_ARGUMENTS, ["margin"]
             )
-        return cls(name, rate_function, frozen([]), signal_function, admissibility=admissibility_function)
+        return cls(
+            name=name,
+            field=rate_function,
+            parameters=frozen([]),
+            signals=signal_function,
+            admissibility=admissibility_function,
+        )
 
     @property
     def state_size(self) -> int:
@@ -89,7 +95,7 @@ class Domain:
         return int(self.field.numel_in(1))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Transition:
     """An edge of the graph: leave ``source`` when the guard crosses zero, enter ``target`` through the reset.
 
@@ -132,12 +138,12 @@ class Transition:
         symbols = [clock, state, ca.SX.sym("p", 0)]
         label = f"{identifier(source)}_{identifier(target)}"
         return cls(
-            source,
-            target,
-            ca.Function(f"{label}_guard", symbols, [guard], FIELD_ARGUMENTS, ["guard"]),
-            ca.Function(f"{label}_reset", symbols, [ca.densify(reset)], FIELD_ARGUMENTS, ["state"]),
-            direction,
-            dead_time,
+            source=source,
+            target=target,
+            guard=ca.Function(f"{label}_guard", symbols, [guard], FIELD_ARGUMENTS, ["guard"]),
+            reset=ca.Function(f"{label}_reset", symbols, [ca.densify(reset)], FIELD_ARGUMENTS, ["state"]),
+            direction=direction,
+            dead_time=dead_time,
         )
 
     @property

@@ -19,7 +19,7 @@ class FigureFile:
     caption: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Page:
     """What the page says.
 

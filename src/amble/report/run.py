@@ -61,7 +61,7 @@ class Stability:
     results: Json
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Run:
     """A whole run: the gait, its simulation and what was measured on them.
 

@@ -68,14 +68,14 @@ def load_robot(
     point_feet = tuple(_foot(label, frame, file, placements) for label, frame in feet.items())
     _check_distinct(point_feet, links, path)
     return Robot(
-        file.name if name is None else name,
-        path.name,
-        links,
-        tuple(moving),
-        point_feet,
-        float(gravity),
-        _twins(tuple(feet), twins),
-        symmetry_tolerance,
+        name=file.name if name is None else name,
+        source=path.name,
+        links=links,
+        joints=tuple(moving),
+        feet=point_feet,
+        gravity=float(gravity),
+        twins=_twins(tuple(feet), twins),
+        symmetry_tolerance=symmetry_tolerance,
     )
 
 
@@ -184,16 +184,16 @@ def _check_links(links: tuple[Link, ...], path: Path) -> None:
 
 def _moving_joint(joint: FileJoint, index: int, on: _Placement) -> Joint:
     return Joint(
-        joint.name,
-        on.carrier,
-        index + 1,
-        frozen(snap(on.rotation @ joint.rotation)),
-        frozen(on.translation + on.rotation @ joint.translation),
-        frozen(snap(joint.axis)),
-        joint.lower if joint.kind == "revolute" else -np.inf,
-        joint.upper if joint.kind == "revolute" else np.inf,
-        joint.effort,
-        joint.velocity,
+        name=joint.name,
+        parent=on.carrier,
+        child=index + 1,
+        rotation=frozen(snap(on.rotation @ joint.rotation)),
+        translation=frozen(on.translation + on.rotation @ joint.translation),
+        axis=frozen(snap(joint.axis)),
+        lower=joint.lower if joint.kind == "revolute" else -np.inf,
+        upper=joint.upper if joint.kind == "revolute" else np.inf,
+        effort=joint.effort,
+        velocity=joint.velocity,
     )
 
 

@@ -48,7 +48,7 @@ class Link:
         check_name("link", self.name)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Joint:
     """A revolute joint; the frame of its child link is the joint frame.
 
@@ -105,7 +105,7 @@ class Foot:
         check_name("foot's frame", self.frame)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Robot:
     """A floating-base robot with revolute joints and point feet.
 

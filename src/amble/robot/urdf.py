@@ -28,7 +28,7 @@ class FileLink:
     inertia: Matrix
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FileJoint:
     """A joint as written; limits that the file does not give are infinite."""
 
@@ -125,18 +125,18 @@ def _joint(element: ElementTree.Element, path: Path) -> FileJoint:
     if lower > upper:
         raise InputError(f"{where} has its lower limit {lower:g} above its upper limit {upper:g}")
     return FileJoint(
-        name,
-        kind,
-        _reference(element, "parent", where),
-        _reference(element, "child", where),
-        rotation,
-        translation,
-        _axis(element, kind, where),
-        lower,
-        upper,
-        effort,
-        velocity,
-        None if mimic is None else _attribute(mimic, "joint", where),
+        name=name,
+        kind=kind,
+        parent=_reference(element, "parent", where),
+        child=_reference(element, "child", where),
+        rotation=rotation,
+        translation=translation,
+        axis=_axis(element, kind, where),
+        lower=lower,
+        upper=upper,
+        effort=effort,
+        velocity=velocity,
+        mimics=None if mimic is None else _attribute(mimic, "joint", where),
     )
 
 

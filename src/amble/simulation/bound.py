@@ -36,7 +36,7 @@ ARGUMENTS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Bound:
     """A function with its parameters, and the arrays that casadi reads and writes at every call.
 
@@ -131,7 +131,15 @@ def bind(function: ca.Function, parameters: Vector) -> Bound:
     for position, array in enumerate(results):
         if array.size:
             buffer.set_res(position, array.data)
-    return Bound(buffer, evaluate, clock, state, values, results, may_throw(dense))
+    return Bound(
+        buffer=buffer,
+        evaluate=evaluate,
+        clock=clock,
+        state=state,
+        parameters=values,
+        results=results,
+        throws=may_throw(dense),
+    )
 
 
 def _dense(function: ca.Function) -> ca.Function:

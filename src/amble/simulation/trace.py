@@ -29,7 +29,7 @@ class Event:
     after: Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Trace:
     """A simulated motion.
 

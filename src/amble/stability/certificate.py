@@ -39,7 +39,7 @@ Progress = Callable[[str], None]
 """Called with what is being computed, in words."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Certificate:
     """What is known about the stability of an orbit.
 

@@ -68,7 +68,7 @@ def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
     weighted = [both[size + i] * symmetry.generator(both[:size]) for i, symmetry in enumerate(system.symmetries)]
     rate = ca.vertcat(ca.densify(sum(weighted, start=ca.MX.zeros(size))), ca.DM.zeros(count))
     field = ca.Function("symmetry", [clock, both, parameters], [rate], FIELD_ARGUMENTS, ["rate"])
-    flow = prepare_flow(FlowDefinition(augmented(Domain("symmetry", field)), frozen([])))
+    flow = prepare_flow(FlowDefinition(augmented(Domain(name="symmetry", field=field)), frozen([])))
     start = np.concatenate([state, amounts, np.eye(size + count).reshape(-1)])
     passed = flow(start, TOLERANCE, 1.0, 2)
     if passed.ended != TOO_LONG:

@@ -41,7 +41,7 @@ class GaussRule:
         return cls(nodes, 0.5 * halves, integration)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DomainOrbit:
     """The orbit in one domain.
 
@@ -111,7 +111,16 @@ def sample_orbit(
         before = motion.y[:, -1]
         event = event_factor(domain, transition, duration, before)
         states = motion.y[:, :-1].T.reshape(PANELS, STAGES, entry.size)
-        domains.append(DomainOrbit(domain.name, duration, clock, states, event, loops[domain.name].variation))
+        domains.append(
+            DomainOrbit(
+                name=domain.name,
+                duration=duration,
+                clock=clock,
+                states=states,
+                event=event,
+                variation=loops[domain.name].variation,
+            )
+        )
         entry = np.asarray(transition.reset(duration, before, domain.parameters)).ravel()
     image = _image(domains[-1].event / units[:, None])
     return Orbit(tuple(domains), np.asarray(start), units[:, None] * image, image.T / units)

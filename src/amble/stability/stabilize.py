@@ -24,7 +24,7 @@ SHARES = (1.0, 0.25, 0.0625)
 SMALLEST_GAIN = 0.1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Step:
     """The closed loop under some weights, computed at its own fixed point.
 

@@ -26,7 +26,7 @@ LARGEST_DRIFT = 1e-3
 so that orbits under large weights lie up to 1e-5 away. More would be another gait."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Closed:
     """A closed loop under some weights, at its own fixed point.
 

@@ -19,7 +19,7 @@ from amble.codegen import Recipe, compile_recipes
 Index = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Block:
     """A vector function of some variables, repeated over instances.
 
@@ -57,7 +57,7 @@ class Block:
         return int(self.columns.shape[0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Program:
     """The functions of a nonlinear program in scaled variables; parameters keep their units.
 
@@ -84,7 +84,7 @@ class Program:
         return np.maximum(np.maximum(self.lower - values, values - self.upper), 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Pieces:
     """Compiled functions of a block and the places (rows, columns) of its derivatives' nonzeros."""
 
@@ -128,13 +128,15 @@ def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_coun
         offset += count
     hessian = _scatter_symmetric(ca.vertcat(*[ca.vec(c) for c in curvature]), _hessian_places(blocks, compiled), scale)
     return Program(
-        ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
-        ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
-        ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
-        ca.Function("nlp_hess_l", [x, p, lam_f, lam_g], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]),
-        tuple(f"{place} {label}" for block in blocks for place in block.places for label in block.labels),
-        np.concatenate([block.lower.ravel() for block in blocks]),
-        np.concatenate([block.upper.ravel() for block in blocks]),
+        nlp=ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
+        gradient=ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
+        jacobian=ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
+        hessian=ca.Function(
+            "nlp_hess_l", [x, p, lam_f, lam_g], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
+        ),
+        row_names=tuple(f"{place} {label}" for block in blocks for place in block.places for label in block.labels),
+        lower=np.concatenate([block.lower.ravel() for block in blocks]),
+        upper=np.concatenate([block.upper.ravel() for block in blocks]),
     )
 
 
@@ -181,7 +183,14 @@ def _compile(blocks: Sequence[Block]) -> dict[str, _Pieces]:
         *functions, places = (native[f"{name}_{kind}"] for kind in kinds)
         where = [np.asarray(part).ravel().astype(np.int64) for part in places.call([])]
         value, gradient, jacobian, hessian = functions
-        pieces[name] = _Pieces(value, gradient, jacobian, hessian, (where[0], where[1]), (where[2], where[3]))
+        pieces[name] = _Pieces(
+            value=value,
+            gradient=gradient,
+            jacobian=jacobian,
+            hessian=hessian,
+            jacobian_places=(where[0], where[1]),
+            hessian_places=(where[2], where[3]),
+        )
     return pieces
 
 

@@ -57,4 +57,12 @@ def gait_problem(
         clearance=clearance,
     )
     posture = catalogue.posture(robot.name)
-    return GaitProblem(pattern, outputs, law or PseudoInverse(), speed, limits, posture, intervals)
+    return GaitProblem(
+        pattern=pattern,
+        outputs=outputs,
+        law=law or PseudoInverse(),
+        speed=speed,
+        limits=limits,
+        posture=posture,
+        intervals=intervals,
+    )

@@ -18,7 +18,7 @@ SCALES = {"q": 1.0, "v": 1.0, "a": 20.0, "u": 10.0, "force": 50.0, "duration": 0
 """Size of one unit of the scaled variables (docs/theory/transcription.md, eq. 14)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DomainLayout:
     """Indices of one domain's variables.
 
@@ -119,7 +119,13 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
     impulse = counter.take("impulse", 3 * len(switch.target.feet) if switch.landing else 0)
     stacked = {kind: np.array(index) for kind, index in rows.items()}
     return DomainLayout(
-        stance, switch, phases, duration=duration, coefficients=coefficients, impulse=impulse, **stacked
+        stance=stance,
+        switch=switch,
+        phases=phases,
+        duration=duration,
+        coefficients=coefficients,
+        impulse=impulse,
+        **stacked,
     )
 
 

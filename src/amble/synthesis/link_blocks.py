@@ -39,18 +39,18 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
     count = problem.intervals
     zeros = np.zeros((count, len(labels)))
     return Block(
-        f"defect_{identifier(domain.stance.name)}",
-        ca.vertcat(ca.vec(q), ca.vec(v), ca.vec(a), T),
-        part,
-        ProgramParameters.symbols().packed(),
-        ca.vertcat(*rows),
-        NO_COST,
-        tuple(labels),
-        np.hstack([*columns, np.tile(domain.duration, (count, 1))]),
-        np.full((count, 1), 1.0 / count),
-        tuple(f"{domain.stance.name} interval {k}" for k in range(count)),
-        zeros,
-        zeros,
+        name=f"defect_{identifier(domain.stance.name)}",
+        variables=ca.vertcat(ca.vec(q), ca.vec(v), ca.vec(a), T),
+        constants=part,
+        parameters=ProgramParameters.symbols().packed(),
+        rows=ca.vertcat(*rows),
+        cost=NO_COST,
+        labels=tuple(labels),
+        columns=np.hstack([*columns, np.tile(domain.duration, (count, 1))]),
+        values=np.full((count, 1), 1.0 / count),
+        places=tuple(f"{domain.stance.name} interval {k}" for k in range(count)),
+        lower=zeros,
+        upper=zeros,
     )
 
 
@@ -94,18 +94,18 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         upper += [0.0] * robot.size
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
     return Block(
-        f"switch_{identifier(domain.stance.name)}",
-        ca.vertcat(qm, vm, qp, vp, impulse, period),
-        ca.SX(0, 1),
-        parameters.packed(),
-        ca.vertcat(*rows),
-        NO_COST,
-        tuple(labels),
-        np.concatenate(columns)[None, :],
-        np.zeros((1, 0)),
-        (switch.name,),
-        np.array([lower]),
-        np.array([upper]),
+        name=f"switch_{identifier(domain.stance.name)}",
+        variables=ca.vertcat(qm, vm, qp, vp, impulse, period),
+        constants=ca.SX(0, 1),
+        parameters=parameters.packed(),
+        rows=ca.vertcat(*rows),
+        cost=NO_COST,
+        labels=tuple(labels),
+        columns=np.concatenate(columns)[None, :],
+        values=np.zeros((1, 0)),
+        places=(switch.name,),
+        lower=np.array([lower]),
+        upper=np.array([upper]),
     )
 
 
@@ -114,16 +114,16 @@ def period_block(layout: Layout) -> Block:
     durations, period = ca.SX.sym("durations", len(layout.domains)), ca.SX.sym("period")
     columns = np.concatenate([*(domain.duration for domain in layout.domains), layout.period])
     return Block(
-        "period",
-        ca.vertcat(durations, period),
-        ca.SX(0, 1),
-        ProgramParameters.symbols().packed(),
-        period - ca.sum1(durations),
-        NO_COST,
-        ("sum of durations",),
-        columns[None, :],
-        np.zeros((1, 0)),
-        ("period",),
-        np.zeros((1, 1)),
-        np.zeros((1, 1)),
+        name="period",
+        variables=ca.vertcat(durations, period),
+        constants=ca.SX(0, 1),
+        parameters=ProgramParameters.symbols().packed(),
+        rows=period - ca.sum1(durations),
+        cost=NO_COST,
+        labels=("sum of durations",),
+        columns=columns[None, :],
+        values=np.zeros((1, 0)),
+        places=("period",),
+        lower=np.zeros((1, 1)),
+        upper=np.zeros((1, 1)),
     )

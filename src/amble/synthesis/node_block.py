@@ -89,18 +89,18 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     common = np.concatenate([domain.duration, domain.coefficients, layout.period])
     columns = np.hstack([domain.q, domain.v, domain.a, domain.u, domain.force, np.tile(common, (domain.nodes, 1))])
     return Block(
-        f"node_{identifier(domain.stance.name)}",
-        variables,
-        ca.vertcat(phase, weight),
-        parameters.packed(),
-        ca.vertcat(motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, heights),
-        weight * T / period * ca.sumsqr(u),  # mean squared torque with the scheme's own quadrature weights
-        tuple(labels),
-        columns,
-        np.column_stack([domain.phases, node_weights(HERMITE_SIMPSON, problem.intervals)]),
-        tuple(domain.place(node) for node in range(domain.nodes)),
-        lower,
-        upper,
+        name=f"node_{identifier(domain.stance.name)}",
+        variables=variables,
+        constants=ca.vertcat(phase, weight),
+        parameters=parameters.packed(),
+        rows=ca.vertcat(motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, heights),
+        cost=weight * T / period * ca.sumsqr(u),  # mean squared torque with the scheme's own quadrature weights
+        labels=tuple(labels),
+        columns=columns,
+        values=np.column_stack([domain.phases, node_weights(HERMITE_SIMPSON, problem.intervals)]),
+        places=tuple(domain.place(node) for node in range(domain.nodes)),
+        lower=lower,
+        upper=upper,
     )
 
 
@@ -126,7 +126,17 @@ def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u:
     torque_basis, force_basis = torque_null_space(robot, feet, q)
     speeds = v[robot.size - len(robot.joints) :]
     return ca.densify(
-        problem.law.optimality_conditions(Redundancy(robot, feet, u, torque_basis, lam, force_basis, speeds))
+        problem.law.optimality_conditions(
+            Redundancy(
+                robot=robot,
+                feet=feet,
+                torques=u,
+                torque_basis=torque_basis,
+                forces=lam,
+                force_basis=force_basis,
+                speeds=speeds,
+            )
+        )
     )
 
 

@@ -12,7 +12,7 @@ from amble.hybrid import GaitPattern
 from amble.robot.catalogue import Posture
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class GaitProblem:
     """Find the periodic motion that needs the smallest mean squared torque (paper, eq. 6).
 

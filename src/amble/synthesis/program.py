@@ -15,7 +15,7 @@ from amble.synthesis.node_block import node_block, parameter_values
 from amble.synthesis.problem import GaitProblem
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class GaitProgram:
     """A gait problem ready for a solver; variables are scaled by ``layout.scale``.
 
@@ -41,7 +41,14 @@ def build_program(problem: GaitProblem) -> GaitProgram:
     layout = build_layout(problem)
     program = assemble(_blocks(problem, layout), layout.scale, parameter_values(problem).size)
     lower, upper = variable_bounds(problem, layout)
-    return GaitProgram(problem, layout, program, lower / layout.scale, upper / layout.scale, parameter_values(problem))
+    return GaitProgram(
+        problem=problem,
+        layout=layout,
+        program=program,
+        lower=lower / layout.scale,
+        upper=upper / layout.scale,
+        parameters=parameter_values(problem),
+    )
 
 
 def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:

@@ -23,17 +23,17 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
     """Read a gait out of the solver's variables."""
     natural = solution.variables * layout.scale
     return Gait(
-        problem.pattern,
-        problem.outputs,
-        problem.law,
-        problem.speed,
-        problem.gains,
-        problem.limits,
-        tuple(_trajectory(problem, domain, natural) for domain in layout.domains),
-        solution.report,
-        None,
-        {"amble": __version__, **{name: metadata.version(name) for name in RECORDED}},
-        solution.multipliers,
+        pattern=problem.pattern,
+        outputs=problem.outputs,
+        law=problem.law,
+        speed=problem.speed,
+        gains=problem.gains,
+        limits=problem.limits,
+        domains=tuple(_trajectory(problem, domain, natural) for domain in layout.domains),
+        solver=solution.report,
+        feedback=None,
+        versions={"amble": __version__, **{name: metadata.version(name) for name in RECORDED}},
+        multipliers=solution.multipliers,
     )
 
 
@@ -73,14 +73,14 @@ def _trajectory(problem: GaitProblem, domain: DomainLayout, natural: NDArray[np.
     outputs = len(problem.outputs.of(domain.stance.name).coordinates)
     coefficients = natural[domain.coefficients].reshape((outputs, problem.outputs.order + 1), order="F")
     return DomainTrajectory(
-        domain.stance.name,
-        duration,
-        frozen(coefficients),
-        frozen(domain.phases * duration),
-        frozen(natural[domain.q]),
-        frozen(natural[domain.v]),
-        frozen(natural[domain.a]),
-        frozen(natural[domain.u]),
-        frozen(natural[domain.force]),
-        frozen(natural[domain.impulse]),
+        name=domain.stance.name,
+        duration=duration,
+        coefficients=frozen(coefficients),
+        times=frozen(domain.phases * duration),
+        positions=frozen(natural[domain.q]),
+        velocities=frozen(natural[domain.v]),
+        accelerations=frozen(natural[domain.a]),
+        torques=frozen(natural[domain.u]),
+        forces=frozen(natural[domain.force]),
+        impulse=frozen(natural[domain.impulse]),
     )

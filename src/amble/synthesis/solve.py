@@ -154,14 +154,14 @@ def _solution(program: GaitProgram, result: Any, stats: dict[str, Any], seconds:
     nlp = program.program
     violation = float(np.max(nlp.excess(values)))
     report = SolverReport(
-        "ipopt",
-        str(stats["return_status"]),
-        int(stats["iter_count"]),
-        seconds,
-        variables.size,
-        values.size,
-        violation,
-        float(result["f"]),
+        solver="ipopt",
+        status=str(stats["return_status"]),
+        iterations=int(stats["iter_count"]),
+        seconds=seconds,
+        variables=variables.size,
+        constraints=values.size,
+        violation=violation,
+        objective=float(result["f"]),
     )
     rows = violated_rows(program, variables, values)
     bounds, forces = (_rounded(np.array(result[key]).ravel()) for key in ("lam_x", "lam_g"))

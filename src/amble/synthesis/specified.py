@@ -40,14 +40,14 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     pattern = _pattern(specification.gait, robot)
     outputs = specification.outputs
     return GaitProblem(
-        pattern,
-        joint_outputs(pattern, outputs.order, outputs.free),
-        law_for(pattern, specification.law.name, specification.law.parameters),
-        specification.gait.speed,
-        _limits(specification.limits, pattern, known.bounds if known else None),
-        _posture(specification, robot, known.posture if known else None),
-        specification.solver.intervals,
-        (outputs.position_gain, outputs.velocity_gain),
+        pattern=pattern,
+        outputs=joint_outputs(pattern, outputs.order, outputs.free),
+        law=law_for(pattern, specification.law.name, specification.law.parameters),
+        speed=specification.gait.speed,
+        limits=_limits(specification.limits, pattern, known.bounds if known else None),
+        posture=_posture(specification, robot, known.posture if known else None),
+        intervals=specification.solver.intervals,
+        gains=(outputs.position_gain, outputs.velocity_gain),
     )
 
 

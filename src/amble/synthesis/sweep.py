@@ -19,7 +19,7 @@ from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
 from amble.types import Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Outcome:
     """What became of one problem.
 
@@ -74,12 +74,12 @@ def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterati
         warm = known is not None and len(tries) == 1
         known = last if last.solved else known
         yield Outcome(
-            problem,
-            to_gait(problem, program.layout, last) if last.solved else None,
-            last.report.status + (f", worst {last.rows[0].name}" if last.rows else ""),
-            sum(each.report.iterations for each in tries),
-            time.perf_counter() - began,
-            warm,
+            problem=problem,
+            gait=to_gait(problem, program.layout, last) if last.solved else None,
+            status=last.report.status + (f", worst {last.rows[0].name}" if last.rows else ""),
+            iterations=sum(each.report.iterations for each in tries),
+            seconds=time.perf_counter() - began,
+            warm=warm,
         )
 
 

@@ -17,7 +17,7 @@ from amble.verification.output_dynamics import OutputDynamics, integrate
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SampledDomain:
     """One domain on a fine grid.
 
@@ -64,7 +64,19 @@ def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
     motion = allocated(at, loop.solve(at, times, q, v), gait.law)
     nodes = np.arange(len(trajectory.times), dtype=np.int64) * grid
     switch = gait.pattern.switches[number]
-    return SampledDomain(gait, trajectory, stance, switch, loop, times, nodes, q, v, at, motion)
+    return SampledDomain(
+        gait=gait,
+        trajectory=trajectory,
+        stance=stance,
+        switch=switch,
+        loop=loop,
+        times=times,
+        nodes=nodes,
+        positions=q,
+        velocities=v,
+        terms=at,
+        motion=motion,
+    )
 
 
 def domain_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:

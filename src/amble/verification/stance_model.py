@@ -26,7 +26,7 @@ INTERNAL = {0: 0, 1: 0, 2: 1, 3: 3, 4: 6}
 """Number of stance feet -> directions of internal force (docs/theory/hybrid-model.md, eq. 10)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Terms:
     """The terms of D a + h = B u + J^T lambda and J a + Jdot v = 0 at many states.
 
@@ -88,15 +88,15 @@ def terms(robot: Robot, feet: Sequence[str], q: Matrix, v: Matrix) -> Terms:
     rows = [3 * robot.foot_names.index(foot) + axis for foot in feet for axis in range(3)]
     stacked = jacobian.reshape(feet_size, points, size).transpose(1, 0, 2)
     return Terms(
-        robot,
-        tuple(feet),
-        v,
-        mass.reshape(size, points, size).transpose(1, 0, 2),
-        bias.T,
-        stacked[:, rows],
-        contact_bias.T[:, rows],
-        positions.T,
-        np.einsum("pij,pj->pi", stacked, v),
+        robot=robot,
+        feet=tuple(feet),
+        velocities=v,
+        mass=mass.reshape(size, points, size).transpose(1, 0, 2),
+        bias=bias.T,
+        jacobian=stacked[:, rows],
+        contact_bias=contact_bias.T[:, rows],
+        positions=positions.T,
+        rates=np.einsum("pij,pj->pi", stacked, v),
     )
 
 
@@ -170,7 +170,9 @@ def _through_law(at: Terms, motion: Motion, law: AllocationLaw, method: str) -> 
     standing[[at.robot.joint_index(joint) for foot in at.feet for joint in at.robot.legs[foot]], :] = 1.0
     u, N = ca.SX.sym("u", joints), ca.SX.sym("N", standing.sparsity())
     lam, W, speeds = ca.SX.sym("lambda", contacts), ca.SX.sym("W", contacts, k), ca.SX.sym("speeds", joints)
-    redundancy = Redundancy(at.robot, at.feet, u, N, lam, W, speeds)
+    redundancy = Redundancy(
+        robot=at.robot, feet=at.feet, torques=u, torque_basis=N, forces=lam, force_basis=W, speeds=speeds
+    )
     function = ca.Function("law", [u, N, lam, W, speeds], [ca.densify(getattr(law, method)(redundancy))])
     values = function.map(points)(
         motion.torques.T,

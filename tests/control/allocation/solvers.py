@@ -53,7 +53,7 @@ def weight_share(name: str, count: int) -> float:
 
 def power_program(sample: Sample) -> Program:
     """Variables (p, s): the positive power p of every joint bounds u w and 0 from above."""
-    u, N, w = sample.torques, sample.null, sample.speeds
+    u, N, w = sample.torques, sample.torque_basis, sample.speeds
     k = N.shape[1]
     P = np.zeros((12 + k, 12 + k))
     P[12:, 12:] = 2.0 * PAPER_HEAT * N.T @ N
@@ -64,8 +64,10 @@ def power_program(sample: Sample) -> Program:
 
 def peak_program(name: str, sample: Sample) -> Program:
     """Variables (t, s): t bounds every relative torque of the stance legs."""
-    steered = np.any(sample.null != 0.0, axis=1)
-    a, B = (values[steered] / efforts(name)[steered][:, None] for values in (sample.torques[:, None], sample.null))
+    steered = np.any(sample.torque_basis != 0.0, axis=1)
+    a, B = (
+        values[steered] / efforts(name)[steered][:, None] for values in (sample.torques[:, None], sample.torque_basis)
+    )
     k = B.shape[1]
     ones = np.ones((len(a), 1))
     A = np.block([[-ones, B], [-ones, -B]])
@@ -76,7 +78,7 @@ def peak_program(name: str, sample: Sample) -> Program:
 
 def bounded_program(name: str, sample: Sample) -> Program:
     """Variables s: exact cones for two feet, the inner pyramid for more; forces relative to the weight's share."""
-    N, k = sample.null, sample.null.shape[1]
+    N, k = sample.torque_basis, sample.torque_basis.shape[1]
     share = weight_share(name, len(sample.forces) // 3)
     W, forces, least = sample.force_basis / share, sample.forces / share, NORMAL / share
     steered = np.any(N != 0.0, axis=1)

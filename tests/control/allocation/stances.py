@@ -18,6 +18,7 @@ FEET = {2: ("fl", "rr"), 3: ("fl", "fr", "rr"), 4: ("fl", "fr", "rl", "rr")}
 FRICTION, NORMAL = 0.6, 5.0
 _KNEE = {"astro": (0.5, 0.38, 1.16), "go2": (0.0, 0.8, -1.6), "anymal_b": (0.0, 0.5, -1.0), "solo12": (0.0, 0.8, -1.6)}
 NAMES = ("astro", "go2", "anymal_b")
+PARTS = ("torques", "torque_basis", "forces", "force_basis", "speeds")
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,14 @@ class Sample:
     """One motion: u_p, N, lambda_p, W and joint speeds."""
 
     torques: Vector
-    null: Matrix
+    torque_basis: Matrix
     forces: Vector
     force_basis: Matrix
     speeds: Vector
+
+    def parts(self) -> dict[str, np.ndarray]:
+        """Field by field, in the order of the functions' arguments."""
+        return {name: getattr(self, name) for name in PARTS}
 
 
 def stance_feet(of: Robot, count: int) -> tuple[str, ...]:
@@ -59,15 +64,14 @@ def chooser(name: str, count: int, law: AllocationLaw) -> ca.Function:
         ca.SX.sym("W", pattern.sparsity_out(5)),
         ca.SX.sym("speeds", 12),
     ]
-    redundancy = Redundancy(robot, stance_feet(robot, count), *symbols)
+    redundancy = Redundancy(robot=robot, feet=stance_feet(robot, count), **dict(zip(PARTS, symbols, strict=True)))
     s = law.allocate(redundancy)
     return ca.Function("allocate", symbols, [s, *law.diagnostics(redundancy, s).values()])
 
 
 def allocate(name: str, count: int, law: AllocationLaw, sample: Sample) -> list[Vector]:
     """Evaluate a law at one sample: s, then its diagnostics."""
-    parts = (sample.torques, sample.null, sample.forces, sample.force_basis, sample.speeds)
-    found = chooser(name, count, law).call([ca.DM(part) for part in parts])
+    found = chooser(name, count, law).call([ca.DM(part) for part in sample.parts().values()])
     return [np.asarray(part.full()).ravel() for part in found]
 
 

@@ -15,13 +15,13 @@ from tests.robots import robot
 def redundancy(feet: tuple[str, ...], free: int) -> Redundancy:
     model, contacts = robot("astro"), 3 * len(feet)
     return Redundancy(
-        model,
-        feet,
-        ca.SX.sym("u", 12),
-        ca.SX.sym("N", 12, free),
-        ca.SX.sym("lambda", contacts),
-        ca.SX.sym("W", contacts, free),
-        ca.SX.sym("speeds", 12),
+        robot=model,
+        feet=feet,
+        torques=ca.SX.sym("u", 12),
+        torque_basis=ca.SX.sym("N", 12, free),
+        forces=ca.SX.sym("lambda", contacts),
+        force_basis=ca.SX.sym("W", contacts, free),
+        speeds=ca.SX.sym("speeds", 12),
     )
 
 
@@ -62,7 +62,7 @@ def test_dropped_joints_carry_no_torque(count: int, joints: tuple[str, ...]) -> 
         return
     torques = at.torques + at.torque_basis @ law.allocate(at)
     function = ca.Function("dropped", [at.torques, at.torque_basis], [torques])
-    values = np.asarray(function(sample.torques, sample.null)).ravel()
+    values = np.asarray(function(sample.torques, sample.torque_basis)).ravel()
     standing = [joint for foot in feet for joint in robot("astro").legs[foot]]
     for joint in joints:
         size = abs(values[robot("astro").joint_index(joint)])

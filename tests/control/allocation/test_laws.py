@@ -28,7 +28,7 @@ from tests.control.allocation.solvers import (
     peak_program,
     power_program,
 )
-from tests.control.allocation.stances import FRICTION, NAMES, NORMAL, Sample, allocate, samples, stance_feet
+from tests.control.allocation.stances import FRICTION, NAMES, NORMAL, PARTS, Sample, allocate, samples, stance_feet
 
 STATES = 1000
 STANCES = [(name, count) for name in NAMES for count in (2, 3, 4)]
@@ -44,17 +44,17 @@ def chosen(name: str, count: int, law: object, sample: Sample) -> Vector:
 
 
 def power(sample: Sample, s: Vector) -> float:
-    u = sample.torques + sample.null @ s
+    u = sample.torques + sample.torque_basis @ s
     return float(np.sum(np.maximum(u * sample.speeds, 0.0) + PAPER_HEAT * u**2))
 
 
 def peak(name: str, sample: Sample, s: Vector) -> float:
-    steered = np.any(sample.null != 0.0, axis=1)
-    return float(np.max(np.abs((sample.torques + sample.null @ s) / efforts(name))[steered]))
+    steered = np.any(sample.torque_basis != 0.0, axis=1)
+    return float(np.max(np.abs((sample.torques + sample.torque_basis @ s) / efforts(name))[steered]))
 
 
 def relative_difference(name: str, sample: Sample, one: Vector, other: Vector) -> float:
-    return float(np.max(np.abs(sample.null @ (one - other)) / efforts(name)))
+    return float(np.max(np.abs(sample.torque_basis @ (one - other)) / efforts(name)))
 
 
 @pytest.mark.parametrize(("name", "count"), STANCES)
@@ -106,7 +106,7 @@ def _objective(program: Program, s: Vector) -> float:
 
 
 def _least_norm(sample: Sample) -> Vector:
-    return np.linalg.lstsq(sample.null, -sample.torques, rcond=None)[0]
+    return np.linalg.lstsq(sample.torque_basis, -sample.torques, rcond=None)[0]
 
 
 @pytest.mark.parametrize(("name", "count"), STANCES)
@@ -154,7 +154,7 @@ def test_missed_limits_are_reported_by_how_much(name: str) -> None:
     missed = 0
     for sample in samples(name, 2, 300, seed=5):
         s, margin = allocate(name, 2, BOUNDED, sample)
-        u, forces = sample.torques + sample.null @ s, (sample.forces + sample.force_basis @ s).reshape(2, 3)
+        u, forces = sample.torques + sample.torque_basis @ s, (sample.forces + sample.force_basis @ s).reshape(2, 3)
         expected = [
             1.0 - np.max(np.abs(u) / efforts(name)),
             np.min(FRICTION * forces[:, 2] - np.hypot(forces[:, 0], forces[:, 1])),
@@ -181,7 +181,7 @@ def test_limits_beyond_reach_are_missed_as_little_as_possible(name: str, count: 
         program = bounded_program(name, sample)
         s = chosen(name, count, BOUNDED, sample)
         violation = cp.Variable()
-        variable = cp.Variable(sample.null.shape[1])
+        variable = cp.Variable(sample.torque_basis.shape[1])
         rows = program.A @ variable - violation * np.ones(len(program.b)) <= program.b
         least = float(cp.Problem(cp.Minimize(violation), [rows]).solve(solver=cp.CLARABEL))
         if least > 1e-6:
@@ -195,12 +195,12 @@ def test_limits_beyond_reach_are_missed_as_little_as_possible(name: str, count: 
 def test_programs_say_the_same_as_cvxpy(name: str, count: int) -> None:
     """The oracle itself, written a second time the way a textbook would."""
     for sample in samples(name, count, 3, seed=7, spread=0.1):
-        s = cp.Variable(sample.null.shape[1])
-        u = sample.torques + sample.null @ s
+        s = cp.Variable(sample.torque_basis.shape[1])
+        u = sample.torques + sample.torque_basis @ s
         heat = cp.Minimize(cp.sum(cp.pos(cp.multiply(u, sample.speeds))) + PAPER_HEAT * cp.sum_squares(u))
         best = cp.Problem(heat).solve(solver=cp.CLARABEL)
         assert power(sample, power_program(sample).solve()[0][12:]) == pytest.approx(best, rel=1e-6)
-        steered = np.any(sample.null != 0.0, axis=1)
+        steered = np.any(sample.torque_basis != 0.0, axis=1)
         relative = cp.multiply(u[steered], 1.0 / efforts(name)[steered])
         best = cp.Problem(cp.Minimize(cp.norm_inf(relative))).solve(solver=cp.CLARABEL)
         assert peak_program(name, sample).solve()[0][0] == pytest.approx(best, rel=1e-6)
@@ -228,15 +228,23 @@ def test_weighted_minimum_norm_is_a_least_squares_solution(name: str, count: int
     law = WeightedMinimumNorm(weights)
     for sample in samples(name, count, 100, seed=8):
         found = np.asarray(_choose_unhashed(name, count, law, sample)).ravel()
-        best = np.linalg.lstsq(root[:, None] * sample.null, -root * sample.torques, rcond=None)[0]
+        best = np.linalg.lstsq(root[:, None] * sample.torque_basis, -root * sample.torques, rcond=None)[0]
         assert relative_difference(name, sample, found, best) <= 1e-10
 
 
 def _choose_unhashed(name: str, count: int, law: WeightedMinimumNorm, sample: Sample) -> object:
     """The law on numbers, as casadi constants: a mapping of weights cannot key a cache of functions."""
     robot = robots.robot(name)
-    parts = (sample.torques, sample.null, sample.forces, sample.force_basis, sample.speeds)
-    return ca.DM(law.allocate(Redundancy(robot, stance_feet(robot, count), *(ca.SX(ca.DM(part)) for part in parts))))
+    parts = sample.parts()
+    return ca.DM(
+        law.allocate(
+            Redundancy(
+                robot=robot,
+                feet=stance_feet(robot, count),
+                **{name: ca.SX(ca.DM(part)) for name, part in parts.items()},
+            )
+        )
+    )
 
 
 @pytest.mark.parametrize(("name", "count"), STANCES)
@@ -246,20 +254,22 @@ def test_rows_of_the_gait_problem_vanish_where_the_controller_stays(name: str, c
     for law in (PseudoInverse(), WeightedMinimumNorm({robot.joint_names[0]: 5.0, robot.joint_names[7]: 0.3})):
         for sample in samples(name, count, 10, seed=13):
             feet = stance_feet(robot, count)
-            parts = [ca.SX(ca.DM(part)) for part in (sample.null, sample.forces, sample.force_basis, sample.speeds)]
-            least = sample.torques + sample.null @ _least_norm(sample)
-            found = Redundancy(robot, feet, ca.SX(ca.DM(least)), *parts)
-            u = ca.SX(ca.DM(least)) + found.null @ law.allocate(found)
-            rows = ca.DM(law.optimality_conditions(Redundancy(robot, feet, u, *parts)))
-            assert np.max(np.abs(rows.full())) <= 1e-10 * np.linalg.norm(least) * np.abs(sample.null).max() * 5.0
+            parts = {name: ca.SX(ca.DM(part)) for name, part in sample.parts().items() if name != "torques"}
+            least = sample.torques + sample.torque_basis @ _least_norm(sample)
+            found = Redundancy(robot=robot, feet=feet, torques=ca.SX(ca.DM(least)), **parts)
+            u = ca.SX(ca.DM(least)) + found.torque_basis @ law.allocate(found)
+            rows = ca.DM(law.optimality_conditions(Redundancy(robot=robot, feet=feet, torques=u, **parts)))
+            assert (
+                np.max(np.abs(rows.full())) <= 1e-10 * np.linalg.norm(least) * np.abs(sample.torque_basis).max() * 5.0
+            )
 
 
 @pytest.mark.parametrize(("name", "count"), STANCES)
 def test_no_law_has_smaller_torques_than_the_minimum_norm(name: str, count: int) -> None:
     for sample in samples(name, count, 100, seed=9):
-        least = np.linalg.norm(sample.torques + sample.null @ _least_norm(sample))
+        least = np.linalg.norm(sample.torques + sample.torque_basis @ _least_norm(sample))
         for law in (MinimumPower("paper"), MinimumPower("datasheet"), MinimumPeak(), BOUNDED):
-            u = sample.torques + sample.null @ chosen(name, count, law, sample)
+            u = sample.torques + sample.torque_basis @ chosen(name, count, law, sample)
             assert np.linalg.norm(u) >= least * (1.0 - 1e-12)
 
 
@@ -270,7 +280,7 @@ def test_minimum_power_beats_every_other_choice_on_the_line(name: str, model: st
     for sample in samples(name, 2, 50, seed=10):
         s = chosen(name, 2, MinimumPower(model), sample)
         values = s + np.linspace(-300.0, 300.0, 2001)
-        u = sample.torques[:, None] + sample.null * values
+        u = sample.torques[:, None] + sample.torque_basis * values
         total = np.sum(np.maximum(u * sample.speeds[:, None], 0.0) + heat * u**2, axis=0)
         assert total[1000] <= total.min() * (1.0 + 1e-12)
 
@@ -282,12 +292,9 @@ def test_the_bounded_law_is_continuous_along_a_line_of_states(name: str) -> None
     steps = 4000
     found = []
     for share in np.linspace(0.0, 1.0, steps):
-        parts = [
-            (1.0 - share) * getattr(first, part) + share * getattr(last, part)
-            for part in ("torques", "null", "forces", "force_basis", "speeds")
-        ]
+        parts = [(1.0 - share) * getattr(first, part) + share * getattr(last, part) for part in PARTS]
         sample = Sample(*parts)
-        found.append(sample.torques + sample.null @ chosen(name, 2, BOUNDED, sample))
+        found.append(sample.torques + sample.torque_basis @ chosen(name, 2, BOUNDED, sample))
     jumps = np.max(np.abs(np.diff(found, axis=0)), axis=1)
     # a jump would not shrink with the step: halving the step must halve the largest difference
     coarse = np.max(np.abs(np.diff(found[::2], axis=0)), axis=1)
@@ -304,5 +311,13 @@ def test_laws_with_kinks_close_no_gait_problem(law: MinimumPower) -> None:
 def test_one_foot_leaves_nothing_to_choose(law: PseudoInverse) -> None:
     nothing = ca.SX(12, 0)
     robot = robots.robot("astro")
-    redundancy = Redundancy(robot, ("fl",), ca.SX.ones(12), nothing, ca.SX.ones(3), ca.SX(3, 0), ca.SX.ones(12))
+    redundancy = Redundancy(
+        robot=robot,
+        feet=("fl",),
+        torques=ca.SX.ones(12),
+        torque_basis=nothing,
+        forces=ca.SX.ones(3),
+        force_basis=ca.SX(3, 0),
+        speeds=ca.SX.ones(12),
+    )
     assert law.allocate(redundancy).numel() == 0

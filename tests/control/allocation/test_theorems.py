@@ -121,7 +121,7 @@ def test_any_choice_keeps_the_acceleration(name: str, count: int) -> None:
             if law.name == "weighted":
                 continue  # its mapping cannot key the cache of functions; the test above has it
             s = allocate(name, count, law, sample)[0]
-            after = free[:, 0] + G @ (sample.torques + sample.null @ s)
+            after = free[:, 0] + G @ (sample.torques + sample.torque_basis @ s)
             assert np.max(np.abs(after - before)) <= 1e-9 * np.max(np.abs(before))
 
 

@@ -14,7 +14,7 @@ from amble.errors import InputError
 from amble.robot import Robot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Redundancy:
     """All torques that realise one motion: u(s) = torques + torque_basis @ s, forces(s) = forces + force_basis @ s.
 

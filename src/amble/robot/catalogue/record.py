@@ -30,7 +30,7 @@ class Posture:
         return np.array([0.0, 0.0, self.height, 0.0, 0.0, 0.0, *(self.angles[name] for name in robot.joint_names)])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class GaitBounds:
     """Bounds of a published gait problem, SI units and radians.
 
