@@ -63,7 +63,7 @@ def _rules(gait: Gait) -> dict[str, tuple[Callable[[float, Vector], Vector], lis
         "power (paper)": MinimumPower("paper"),
         "power (datasheet)": MinimumPower("datasheet"),
         "peak": MinimumPeak(),
-        "bounded": BoundedMinimumNorm(gait.limits.friction, gait.limits.normal_force),
+        "bounded": BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force),
         "bounded, friction 0.45": BoundedMinimumNorm(0.45, gait.limits.normal_force),
     }
     rules: dict[str, tuple[Callable[[float, Vector], Vector], list[int]]] = {

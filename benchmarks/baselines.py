@@ -67,7 +67,7 @@ class Task:
     def wide_system(self) -> ca.Function:
         """(clock, x) -> A, r with A u = r."""
         t, x, q, v, wanted = self._symbols()
-        motion = constrained_dynamics(self.robot, self.stance.feet, q, v)
+        motion = constrained_dynamics(self.gait.pattern.contacts(self.stance), q, v)
         A = ca.DM(self.weights) @ motion.input_map[3:, :]
         r = ca.DM(self.weights) @ (wanted - motion.free_acceleration[3:])
         return ca.Function("wide_system", [t, x], [ca.densify(A), ca.densify(r)])
@@ -163,7 +163,7 @@ class WholeBodyProgram:
         self.n, self.m, self.c = robot.size, len(robot.joints), 3 * len(feet)
         weights = np.concatenate([np.full(self.n, REGULARISATION), np.ones(self.m), np.full(self.c, REGULARISATION)])
         self.P = np.diag(weights)
-        slope = task.gait.limits.friction / sqrt(2.0)
+        slope = task.gait.pattern.ground.friction / sqrt(2.0)
         cone = np.array([[1.0, 0.0, -slope], [-1.0, 0.0, -slope], [0.0, 1.0, -slope], [0.0, -1.0, -slope], [0, 0, -1]])
         u = np.hstack([np.zeros((self.m, self.n)), np.eye(self.m), np.zeros((self.m, self.c))])
         forces = np.hstack([np.zeros((5 * len(feet), self.n + self.m)), np.kron(np.eye(len(feet)), cone)])

@@ -35,7 +35,7 @@ def main() -> None:
         PseudoInverse(),
         MinimumPower("datasheet"),
         MinimumPeak(),
-        BoundedMinimumNorm(gait.limits.friction, gait.limits.normal_force),
+        BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force),
     )
     print(f"{'':38} {'median (us)':>12} {'99 % (us)':>10} {'code a domain (KB)':>19}")
     medians = [_exported(gait, law, tool) for law in laws]

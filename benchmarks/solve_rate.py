@@ -6,6 +6,7 @@ import statistics
 from collections.abc import Iterator
 from dataclasses import replace
 
+from amble.hybrid import Plane
 from amble.synthesis import GaitProblem, Outcome, sweep
 from benchmarks.figures import Figure, show
 from benchmarks.synthesis import paper_problem
@@ -24,7 +25,8 @@ def grid() -> Iterator[GaitProblem]:
         for f, friction in enumerate(FRICTIONS if h % 2 == 0 else FRICTIONS[::-1]):
             for speed in SPEEDS if (h * len(FRICTIONS) + f) % 2 == 0 else SPEEDS[::-1]:
                 positions = {**base.limits.positions, "z": height}
-                yield replace(base, speed=speed, limits=replace(base.limits, friction=friction, positions=positions))
+                pattern = replace(base.pattern, ground=Plane(friction=friction))
+                yield replace(base, pattern=pattern, speed=speed, limits=replace(base.limits, positions=positions))
 
 
 def measure() -> list[Figure]:
@@ -50,8 +52,9 @@ def measure() -> list[Figure]:
 
 def _line(outcome: Outcome) -> str:
     low, high = outcome.problem.limits.positions["z"]
+    friction = outcome.problem.pattern.ground.friction
     return (
-        f"{outcome.problem.speed:g} m/s, height {low:g} to {high:g} m, friction {outcome.problem.limits.friction:g}: "
+        f"{outcome.problem.speed:g} m/s, height {low:g} to {high:g} m, friction {friction:g}: "
         f"{outcome.status}, {outcome.iterations} iterations, {outcome.seconds:.1f} s"
     )
 

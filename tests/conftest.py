@@ -42,7 +42,6 @@ def small_problem() -> GaitProblem:
         torques=dict.fromkeys(joints, bounds.torque),
         acceleration=60.0,
         touchdown_velocity=bounds.touchdown_velocity,
-        friction=0.6,
         normal_force=5.0,
         clearance=0.02,
     )

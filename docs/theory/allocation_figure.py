@@ -19,12 +19,10 @@ from amble.control import (
     MinimumPower,
     PseudoInverse,
     Redundancy,
-    internal_forces,
 )
 from amble.gait import Gait
 from amble.gait.files import load_gait
 from amble.report.figures.style import LAW_COLOURS, LAW_STYLES, PAGE, panels, paper_style
-from amble.robot import kinematics
 
 FRICTION = 0.45
 """Less than the pseudo-inverse uses on this gait, so that the bounded law has something to do."""
@@ -40,22 +38,27 @@ LAWS: dict[str, AllocationLaw] = {
 
 def instant(gait: Gait, node: int) -> Redundancy:
     """All torques of one node of the first domain, as numbers."""
-    part, feet, robot = gait.domains[0], gait.pattern.solved[0].feet, gait.robot
-    q, v = part.positions[node], part.velocities[node]
-    positions = ca.vertcat(*[ca.SX(kinematics.foot_position(robot, foot, ca.DM(q))) for foot in feet])
-    jacobian = ca.vertcat(*[ca.SX(kinematics.foot_jacobian(robot, foot, ca.DM(q))) for foot in feet])
-    squeeze = internal_forces(positions)
-    null = ca.sparsify(-jacobian[:, 6:].T @ squeeze)
+    part, contacts = gait.domains[0], gait.pattern.contacts(gait.pattern.solved[0])
+    q, v = ca.SX(ca.DM(part.positions[node])), ca.SX(ca.DM(part.velocities[node]))
+    null, squeeze = (ca.sparsify(basis) for basis in contacts.torque_null_space(q))
     u, forces = ca.SX(ca.DM(part.torques[node])), ca.SX(ca.DM(part.forces[node]))
     back = -ca.dot(null, u) / ca.dot(null, null)
-    return Redundancy(robot, feet, u + null * back, null, forces + squeeze * back, squeeze, ca.SX(ca.DM(v[6:])))
+    return Redundancy(
+        contacts=contacts,
+        points=contacts.points(q),
+        torques=u + null * back,
+        torque_basis=null,
+        forces=forces + squeeze * back,
+        force_basis=squeeze,
+        speeds=v[6:],
+    )
 
 
 def main() -> None:
     """Write allocation.png beside this file."""
     gait = load_gait(Path(__file__).parents[2] / "tests" / "data" / "stabilised-amble.json")
     redundancy = instant(gait, NODE)
-    u, n = (np.asarray(ca.DM(part)).ravel() for part in (redundancy.torques, redundancy.null))
+    u, n = (np.asarray(ca.DM(part)).ravel() for part in (redundancy.torques, redundancy.torque_basis))
     s = np.linspace(-80.0, 80.0, 401)
     with paper_style():
         figure, (line, time) = panels(1, 2, PAGE, 2.9)

@@ -10,9 +10,9 @@ from amble.analysis.bounds import ContactBounds
 from amble.analysis.contact import ContactReport, contact_report
 from amble.errors import InputError, UnknownNameError
 from amble.simulation import Trace
-from tests.synthetic import amble_pattern, synthetic_limits, synthetic_trace
+from tests.synthetic import amble_pattern, synthetic_gait, synthetic_trace
 
-BOUNDS = ContactBounds.of_limits(synthetic_limits())
+BOUNDS = ContactBounds.of_gait(synthetic_gait())
 PATTERN = amble_pattern()
 FEET = PATTERN.robot.foot_names
 
@@ -53,12 +53,12 @@ def test_planted_defects_are_named_with_time_and_cycle(
 ) -> None:
     trace, when = planted(synthetic_trace(3), signal, domain, 1, 3 * FEET.index(foot) + axis, value)
     found = report(trace)
-    worst = found.violations[0]
-    assert worst.row.name == name
+    worst = next(each for each in found.violations if each.row.name == name)
     assert worst.row.value == pytest.approx(number)
     assert (worst.time, worst.cycle) == (when, 1)
     assert f"at {when:.4f} s, cycle 1" in str(worst)
-    assert len(found.violations) == 1
+    # no friction holds a foot that pulls
+    assert [each.row.value for each in found.violations if each is not worst] == [np.inf] * (value == -7.0)
     # a penetration is no contact failure of the feet that stand
     assert found.sound_from == (0 if signal == "foot" else 2)
 
@@ -68,8 +68,9 @@ def test_summary_numbers_and_cycles() -> None:
     found = report(trace)
     assert (found.min_normal_force, found.pulls) == (-7.0, 1)
     assert found.normal_forces.tolist() == [105.0, -7.0, 105.0]
-    # a pulled foot has no friction ratio; the others keep theirs
-    assert found.frictions == pytest.approx([0.2, 0.2, 0.2])
+    # no friction holds a foot that pulls
+    assert found.frictions == pytest.approx([0.2, np.inf, 0.2])
+    assert found.max_friction == np.inf
     sunk, _ = planted(synthetic_trace(2), "foot", 0, 1, 3 * FEET.index("rr") + 2, -0.004)
     assert report(sunk).max_penetration == 0.004
     assert report(sunk).penetrations.tolist() == [0.0, 0.004]

@@ -98,7 +98,7 @@ def test_the_controller_itself_agrees(stance: int) -> None:
     loops = {
         law.name: ca.Function("loop", [clock, x, constraints.packed()], [loop.torques, loop.forces])
         for law in (PseudoInverse(), DROPPED)
-        for loop in (linearise(robot, feet, law, q, v, clock, constraints),)
+        for loop in (linearise(pattern.contacts(pattern.stances[stance]), law, q, v, clock, constraints),)
     }
     random = np.random.default_rng(stance)
     standing = catalogue.posture("astro").coordinates(robot)

@@ -81,7 +81,7 @@ def test_the_whole_body_program_finds_the_closed_form(
         program = whole.program(clock, x)
         torques, forces, *_ = (part.full().ravel() for part in found.function(clock, x, found.parameters))
         standing = forces.reshape(-1, 3)[[foot in task.stance.feet for foot in task.robot.foot_names]]
-        slope = stabilised_gait.limits.friction / np.sqrt(2.0)
+        slope = stabilised_gait.pattern.ground.friction / np.sqrt(2.0)
         if np.any(np.abs(standing[:, :2]) > slope * standing[:, 2:]):
             continue
         compared += 1

@@ -16,8 +16,8 @@ GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
 def slippery(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same gait where the ground gives less friction than the motion uses, 0.594."""
     tree = json.loads(GAIT.read_text())
-    assert tree["limits"]["friction"]["value"] > 0.5
-    tree["limits"]["friction"]["value"] = 0.5
+    assert tree["pattern"]["ground"]["parameters"]["friction"] > 0.5
+    tree["pattern"]["ground"]["parameters"]["friction"] = 0.5
     path = tmp_path_factory.mktemp("gait") / "slippery.json"
     path.write_text(json.dumps(tree))
     return path

@@ -12,7 +12,7 @@ from amble.control import AllocationLaw, DropActuator, PseudoInverse
 from amble.control.linearisation import Linearised, linearise
 from amble.control.outputs import joint_outputs, selection_matrix
 from amble.control.virtual_constraints import VirtualConstraints, pack
-from amble.hybrid import Stance
+from amble.hybrid import Contacts, Stance
 from amble.hybrid.gaits import amble
 from amble.robot import Robot
 from amble.types import Matrix, Vector
@@ -51,7 +51,7 @@ def symbols(of: Robot, outputs: int = 11, order: int = ORDER) -> Symbols:
 def expressions(feet: tuple[str, ...], law: str, outputs: int = 11) -> tuple[Symbols, Linearised]:
     """The closed loop of astro on some feet."""
     at = symbols(robot("astro"), outputs)
-    return at, linearise(robot("astro"), feet, LAWS[law], at.q, at.v, at.t, at.constraints)
+    return at, linearise(Contacts(robot("astro"), feet), LAWS[law], at.q, at.v, at.t, at.constraints)
 
 
 @lru_cache(maxsize=8)

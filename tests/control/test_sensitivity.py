@@ -10,7 +10,7 @@ import pytest
 
 from amble.control.sensitivity import sensitivity
 from amble.control.virtual_constraints import pack
-from amble.hybrid import Stance
+from amble.hybrid import Contacts, Stance
 from amble.types import Matrix
 from tests.control.loops import Sample, expressions, samples, solved_stances, weights
 from tests.robots import robot
@@ -22,7 +22,7 @@ STANCES = solved_stances()
 def slopes(feet: tuple[str, ...], outputs: int = 11) -> ca.Function:
     """(q, v, t, p) -> acceleration slope, error slope, response, automatic Jacobian of the acceleration."""
     at, linearised = expressions(feet, "pinv", outputs)
-    ours = sensitivity(robot("astro"), feet, linearised, at.q, at.v, at.t, at.constraints)
+    ours = sensitivity(Contacts(robot("astro"), feet), linearised, at.q, at.v, at.t, at.constraints)
     automatic = ca.jacobian(linearised.acceleration, ca.vertcat(at.q, at.v))
     parts = [ours.acceleration, ours.error, ours.response, automatic, linearised.acceleration]
     return ca.Function("slopes", at.arguments, [ca.densify(part) for part in parts])

@@ -76,7 +76,6 @@ def _limits(pattern: GaitPattern) -> Limits:
         torques=dict.fromkeys(robot.joint_names, float("inf")),
         acceleration=100.0,
         touchdown_velocity=((-0.2, 0.3), (-0.1, 0.1), (-float("inf"), 0.0)),
-        friction=0.6,
         normal_force=10.0,
         clearance=0.02,
     )

@@ -52,7 +52,7 @@ def dense(gait: Gait, name: str, times: Vector, x: Matrix) -> tuple[Matrix, Matr
         weights, references = weights @ swap.T, swap @ references
     q, v = x[:, : robot.size], x[:, robot.size :]
     loop = OutputDynamics(weights, references, trajectory.duration, gait.gains)
-    at = terms(robot, stances[number].feet, q, v)
+    at = terms(gait.pattern.contacts(stances[number]), q, v)
     motion = allocated(at, loop.solve(at, times, q, v), gait.law)
     return motion.accelerations, motion.torques, motion.forces
 
@@ -82,7 +82,7 @@ def test_every_domain_moves_as_numpy_says(walking_gait: Gait, full: HybridSystem
         stands = feet.index(foot) if foot in feet else None
         theirs = np.zeros_like(ours) if stands is None else forces[:, 3 * stands : 3 * stands + 3]
         np.testing.assert_allclose(ours, theirs, atol=1e-8 * np.abs(forces).max())
-    at = terms(robot, feet, x[:, : robot.size], x[:, robot.size :])
+    at = terms(walking_gait.pattern.contacts(walking_gait.pattern.stance(name)), x[:, : robot.size], x[:, robot.size :])
     np.testing.assert_allclose(recorded["foot"], at.positions, atol=1e-12)
     np.testing.assert_allclose(recorded["foot_velocity"], at.rates, atol=1e-11)
     assert recorded["pivot"].min() > 1e-3

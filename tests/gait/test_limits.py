@@ -18,7 +18,6 @@ def limits(**changed: object) -> Limits:
         "torques": {"knee": 50.0},
         "acceleration": 100.0,
         "touchdown_velocity": ((-0.1, 0.1), (-0.1, 0.1), (-math.inf, 0.0)),
-        "friction": 0.6,
         "normal_force": 0.0,
         "clearance": 0.0,
     }
@@ -40,7 +39,6 @@ def test_open_and_pinned_bounds_are_fine() -> None:
         ({"speeds": {"knee": math.nan}}, "largest speed of knee is nan"),
         ({"acceleration": 0.0}, "largest acceleration is 0"),
         ({"touchdown_velocity": ((0.0, 1.0), (0.0, 1.0), (0.0, -1.0))}, "touchdown velocity along z is bounded by 0"),
-        ({"friction": 0.0}, "friction is 0"),
         ({"clearance": -0.1}, "least clearance is -0.1"),
         ({"normal_force": math.inf}, "least normal force is inf"),
     ],

@@ -21,6 +21,7 @@ from amble.report.allocation import (
     every_law,
     labelled,
 )
+from tests.grounds import on_friction
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +71,7 @@ def test_the_pseudo_inverse_has_the_smallest_norm_at_every_instant(torques: dict
 def test_a_limit_that_binds_is_active_but_not_missed(stabilised_gait: Gait, metrics: dict[str, LawMetrics]) -> None:
     """Friction between what the pseudo-inverse uses and what the motion needs at least."""
     tight = 0.95 * metrics["pinv"].friction_used
-    gait = replace(stabilised_gait, limits=replace(stabilised_gait.limits, friction=tight))
+    gait = on_friction(stabilised_gait, tight)
     found = {entry.law: entry for entry in compare_allocations(gait)}
     assert 0.0 < found["bounded"].active < 0.5
     assert found["bounded"].missed == 0.0

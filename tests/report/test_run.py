@@ -12,7 +12,7 @@ from amble.analysis import ContactBounds, compare, contact_report, samples_of_ga
 from amble.control import PseudoInverse
 from amble.control.actuator import ACTUATORS
 from amble.report.run import Run, Stability, main_table, run_results, write_run
-from tests.synthetic import SPEED, amble_pattern, synthetic_gait, synthetic_limits, synthetic_trace
+from tests.synthetic import SPEED, amble_pattern, synthetic_gait, synthetic_trace
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def run() -> Run:
         cycles=3,
         two_cycles=two.motion({"drop": 1.25 * two.torques, "pinv": two.torques}),
         comparison=compare(motions, ACTUATORS),
-        contact=contact_report(trace, amble_pattern(), ContactBounds.of_limits(synthetic_limits())),
+        contact=contact_report(trace, amble_pattern(), ContactBounds.of_gait(synthetic_gait())),
         speed_achieved=SPEED,
         settings={"tolerance": "1e-8"},
         seconds={"synthesis": 5.6},

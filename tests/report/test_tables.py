@@ -11,7 +11,7 @@ from amble.report.page import FigureFile, Page, page_text
 from amble.report.paper_table import PAPER_REDUCTION, PAPER_ROWS, WHY_DIFFERENT
 from amble.report.tables import number
 from tests.hostile import allowed, hostile_name
-from tests.synthetic import amble_pattern, synthetic_gait, synthetic_limits, synthetic_trace
+from tests.synthetic import amble_pattern, synthetic_gait, synthetic_trace
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_contact_tables() -> None:
     row = int(np.flatnonzero((trace.domain == 1) & (trace.cycle == 1))[3])
     force[row, 3 * pattern.robot.foot_names.index("fr") + 2] = -3.5
     trace.signals["force"] = force
-    report = contact_report(trace, pattern, ContactBounds.of_limits(synthetic_limits()))
+    report = contact_report(trace, pattern, ContactBounds.of_gait(synthetic_gait()))
     summary = contact_summary(report)
     assert summary.rows[0] == ("smallest normal force of a stance foot (N)", "-3.500")
     assert "from cycle 2 on" in summary.notes[0]

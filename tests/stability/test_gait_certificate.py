@@ -10,6 +10,7 @@ from amble.errors import CertificateError, FallError, Row
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
 from amble.stability.gait_certificate import content_hash, identity, refusal_tree
+from tests.grounds import on_friction
 
 
 def test_the_hash_is_that_of_the_content(stabilised_gait: Gait, tmp_path: Path) -> None:
@@ -21,7 +22,7 @@ def test_the_hash_is_that_of_the_content(stabilised_gait: Gait, tmp_path: Path) 
     changed = (
         replace(stabilised_gait, feedback=None),
         replace(stabilised_gait, speed=0.3),
-        replace(stabilised_gait, limits=replace(stabilised_gait.limits, friction=0.5)),
+        on_friction(stabilised_gait, 0.5),
     )
     assert len({hashed, *(content_hash(gait) for gait in changed)}) == 4
 

@@ -6,7 +6,6 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.hybrid import stance_jacobian
 from amble.robot import dynamics, kinematics
 from amble.synthesis import GaitProblem
 from amble.synthesis.footholds import foot_path, stance_span
@@ -54,7 +53,7 @@ def _balance(problem: GaitProblem, domain: DomainLayout, guess: np.ndarray) -> f
     robot = problem.pattern.robot
     q, v, a = (ca.SX.sym(letter, robot.size) for letter in "qva")
     lam = ca.SX.sym("lambda", domain.force.shape[1])
-    rows = dynamics.inverse_dynamics(robot, q, v, a) - stance_jacobian(robot, domain.stance.feet, q).T @ lam
+    rows = dynamics.inverse_dynamics(robot, q, v, a) - problem.pattern.contacts(domain.stance).jacobian(q).T @ lam
     function = ca.Function("balance", [q, v, a, lam], [rows[:6]]).map(domain.nodes)
     parts = (guess[place].T for place in (domain.q, domain.v, domain.a, domain.force))
     return float(np.abs(np.asarray(function(*parts))).max() / (robot.mass * robot.gravity))

@@ -21,6 +21,7 @@ from amble.synthesis.solve import variable_names
 from amble.types import Vector
 from amble.verification.domain_rows import sampled
 from amble.verification.output_dynamics import integrate
+from tests.grounds import on_friction
 
 
 @pytest.fixture(scope="module")
@@ -95,9 +96,7 @@ def test_second_derivatives_equal_central_differences(small_program: GaitProgram
 
 
 def test_parameters_change_no_structure(small_problem: GaitProblem, small_program: GaitProgram) -> None:
-    other = build_program(
-        replace(small_problem, speed=0.3, gains=(50.0, 10.0), limits=replace(small_problem.limits, friction=0.4))
-    )
+    other = build_program(on_friction(replace(small_problem, speed=0.3, gains=(50.0, 10.0)), 0.4))
     assert other.program.row_names == small_program.program.row_names
     np.testing.assert_array_equal(other.parameters, [0.3, 0.4])
     assert other.program.jacobian.sparsity_out(1) == small_program.program.jacobian.sparsity_out(1)
@@ -131,7 +130,7 @@ def test_order_of_convergence_of_the_transcription(walking_gait: Gait, small_pro
     domain = sampled(walking_gait, 0, 1)
     start = domain.positions[0], domain.velocities[0]
     ends = np.array([0.0, domain.trajectory.duration])
-    exact = np.hstack(integrate(walking_gait.robot, domain.stance.feet, domain.loop, *start, ends))[-1]
+    exact = np.hstack(integrate(domain.contacts, domain.loop, *start, ends))[-1]
     errors = []
     for intervals in INTERVALS:
         program = build_program(replace(small_problem, intervals=intervals))

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from amble.errors import InputError, UnknownNameError
+from amble.hybrid import Plane
 from amble.io.units import UNITS, parse_quantity
 from amble.robot import catalogue
 from amble.synthesis import GaitProblem
@@ -44,10 +45,11 @@ velocity_gain = 40
 [law]
 name = "drop"
 parameters = { joints = ["rl_hip_pitch", "rr_hip_pitch"] }
+[ground]
+friction = "50 %"
 [limits]
 clearance = "20 mm"
 normal_force = "10 N"
-friction = "50 %"
 duration = ["10 ms", 0.15]
 durations = { D2 = [0.02, 0.05] }
 torque = "50 N m"
@@ -109,7 +111,7 @@ def test_the_catalogue_completes_a_short_specification(tmp_path: Path) -> None:
     assert found.pattern.name == "amble"
     assert found.law.name == "pinv"
     assert found.posture == catalogue.posture("astro")
-    assert found.limits.friction == 0.6
+    assert found.pattern.ground == Plane(friction=0.6)
     assert found.limits.durations == {"D1": bounds.duration, "D2": bounds.duration}
     assert found.limits.positions == bounds.positions
     assert set(found.limits.torques.values()) == {bounds.torque}
@@ -134,7 +136,7 @@ def test_a_long_specification_is_read_completely(tmp_path: Path, own_robot: str)
     assert limits.positions["z"] == (0.3, 0.9)
     assert limits.positions["yaw"] == (pytest.approx(-math.pi / 18), pytest.approx(math.pi / 18))
     assert limits.touchdown_velocity == ((-0.2, 0.3), (-0.1, 0.1), (-2.0, 0.0))
-    assert limits.friction == 0.5
+    assert found.pattern.ground.friction == 0.5
 
 
 UNKNOWN = {

@@ -18,6 +18,7 @@ from amble.verification.findings import CheckReport, Finding, limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
 from tests.hostile import with_names
+from tests.grounds import on_friction
 
 NO_TIMES = np.arange(3.0)
 
@@ -127,7 +128,6 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
     tighter = replace(
         limits,
         durations={name: (0.01, 0.02) for name in limits.durations},
-        friction=0.01,
         normal_force=1e3,
         clearance=1.0,
         acceleration=0.1,
@@ -136,7 +136,9 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
         positions={"z": (5.0, 6.0)},
         touchdown_velocity=((5.0, 6.0), (5.0, 6.0), (5.0, 6.0)),
     )
-    families = {finding.family for finding in check(replace(walking_gait, limits=tighter), grid=1).failed}
+    families = {
+        finding.family for finding in check(on_friction(replace(walking_gait, limits=tighter), 0.01), grid=1).failed
+    }
     assert families - {"motion"} == {
         "duration",
         "normal force",
@@ -184,7 +186,7 @@ def test_integration_is_accurate_where_the_answer_is_known(walking_gait: Gait) -
     weights = np.eye(walking_gait.robot.size)[columns][:, 3:]
     loop = OutputDynamics(weights, weights.T @ domain.coefficients, domain.duration, walking_gait.gains)
     times = np.linspace(0.0, domain.duration, 5)
-    q, v = integrate(walking_gait.robot, stance.feet, loop, domain.positions[0], domain.velocities[0], times)
+    q, v = integrate(walking_gait.pattern.contacts(stance), loop, domain.positions[0], domain.velocities[0], times)
     value, rate = loop.errors(times, q, v)
     np.testing.assert_allclose(value, 0.0, atol=1e-8)  # the entry itself is met to the solver's 1e-8
     np.testing.assert_allclose(rate, 0.0, atol=1e-7)

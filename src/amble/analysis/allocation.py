@@ -23,10 +23,10 @@ AT_LIMIT = 1e-6
 
 @dataclass(frozen=True)
 class AllocationLimits:
-    """What the laws are held against; contact quantities in the world frame.
+    """What the laws are held against; contact quantities in the frame of the ground.
 
     Attributes:
-        friction: coefficient mu of the exact cone.
+        friction: coefficient mu of the contact's exact cone.
         normal_force: smallest normal force of a stance foot, N.
         torques: joint name -> largest |torque|, N m; a joint that is not named has no limit.
     """
@@ -48,8 +48,8 @@ class LawMetrics:
         peak_torque: largest |torque|, N m.
         peak_joint: the joint that has it.
         peak_relative_torque: largest |torque| relative to the joint's limit, 1; 0 where no joint has a limit.
-        friction_used: largest |f_t| / f_z of a stance foot, 1; infinite where a foot pulls.
-        min_normal_force: smallest f_z of a stance foot, N.
+        friction_used: largest share of the cone that a stance foot uses, |f_t| / f_n, 1; infinite where a foot pulls.
+        min_normal_force: smallest normal force of a stance foot, N.
         active: share of the time at which some limit is reached or missed, 1.
         missed: share of the time at which some limit is missed, 1.
         torque_jump: largest |change of a torque| from one sample to the next of the same domain, N m.
@@ -101,10 +101,9 @@ def _metrics(
     entries = [torque_metrics(motion, label, model) for model in actuators]
     stances = samples.pattern.stances
     down = np.array([[foot in stance.feet for foot in samples.robot.foot_names] for stance in stances])[samples.stances]
-    force = found.forces.reshape(len(samples.times), -1, 3)
-    normal = np.where(down, force[..., 2], np.inf)
-    tangential = np.where(down, np.hypot(force[..., 0], force[..., 1]), 0.0)
-    used = np.where(normal > 0.0, tangential / np.where(normal > 0.0, normal, 1.0), np.inf)
+    force, contact = samples.local_forces(found.forces), samples.pattern.contact
+    normal = np.where(down, contact.normal_force(force), np.inf)
+    used = np.where(down, contact.friction_used(force), 0.0)
     largest = np.array([limits.torques.get(joint, np.inf) for joint in samples.robot.joint_names])
     relative = np.abs(found.torques) / largest
     weight = samples.robot.mass * samples.robot.gravity

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from amble.control.motion_equations import SMALLEST_PIVOT
 from amble.errors import InputError
-from amble.gait import Limits
+from amble.gait import Gait
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactBounds:
-    """Bounds of the monitors; contact quantities in the world frame, ground at height 0.
+    """Bounds of the monitors; contact quantities in the frame of the ground.
 
     Attributes:
         friction: largest |f_t| / f_n, the exact cone, 1.
@@ -45,23 +45,23 @@ class ContactBounds:
                 raise InputError(f"the bound on {name} is {bound}; it must not be negative")
 
     @classmethod
-    def of_limits(
-        cls, limits: Limits, penetration: float = 1e-3, drift: float = 1e-3, pivot: float = SMALLEST_PIVOT
+    def of_gait(
+        cls, gait: Gait, penetration: float = 1e-3, drift: float = 1e-3, pivot: float = SMALLEST_PIVOT
     ) -> ContactBounds:
-        """Take the limits of a gait problem; a simulated foot must push, however little.
+        """Take the friction and the limits of a gait; a simulated foot must push, however little.
 
         Args:
-            limits: friction, torque and speed limits of the gait.
+            gait: friction of its ground, torque and speed limits.
             penetration: depth that is tolerated, m; one millimetre is less than any floor is flat.
             drift: drift that is tolerated, m; a stance constraint without stabilisation drifts with the integrator.
             pivot: smallest pivot under which the decoupling equations count as singular.
         """
         return cls(
-            friction=limits.friction,
+            friction=gait.pattern.ground.friction,
             normal_force=0.0,
             penetration=penetration,
             drift=drift,
             pivot=pivot,
-            torques=limits.torques,
-            speeds=limits.speeds,
+            torques=gait.limits.torques,
+            speeds=gait.limits.speeds,
         )

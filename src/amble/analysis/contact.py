@@ -40,12 +40,12 @@ class ContactReport:
 
     Attributes:
         min_normal_force: smallest normal force of a stance foot, N.
-        max_friction: largest |f_t| / f_n of a stance foot over the samples where f_n > 0, 1.
+        max_friction: largest share of the cone that a stance foot uses, 1; infinite where a foot pulls.
         max_penetration: largest depth of a swing foot below the ground, m.
         max_drift: largest distance of a stance foot from where its stance phase began, m.
         max_slip: largest speed of a stance foot, m/s.
         min_pivot: smallest pivot of the decoupling equations.
-        pulls: samples in which some stance foot has no positive normal force, where friction has no meaning.
+        pulls: samples in which some stance foot has no positive normal force.
         samples: number of samples that were looked at.
         rows: the worst value of every monitored quantity.
         normal_forces: smallest normal force of every cycle, (cycles,), N.
@@ -80,7 +80,7 @@ class ContactReport:
 
 @dataclass(frozen=True, kw_only=True)
 class _Feet:
-    """The monitored quantities of every sample and foot, (n, n_feet); where a quantity has no meaning it cannot win."""
+    """``QUANTITIES`` of every sample and foot, (n, n_feet); where one has no meaning it cannot win."""
 
     normal: NodeValues
     friction: NodeValues
@@ -95,7 +95,7 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
 
     Args:
         trace: a trace with the signals torque, force, foot, foot_velocity and pivot.
-        pattern: the gait pattern that was simulated; the ground is at height 0.
+        pattern: the gait pattern that was simulated, with its ground.
         bounds: what the motion is held against.
 
     Raises:
@@ -103,7 +103,7 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
     """
     stances = stance_indices(trace, pattern)
     table = np.array([[foot in stance.feet for foot in pattern.robot.foot_names] for stance in pattern.stances])
-    feet = _monitor_feet(trace, table[stances])
+    feet = _monitor_feet(trace, pattern, table[stances])
     starts = np.concatenate([[0], np.flatnonzero(np.diff(trace.cycle)) + 1])
     normal = np.minimum.reduceat(feet.normal.min(axis=1), starts)
     friction = np.maximum.reduceat(feet.friction.max(axis=1), starts)
@@ -132,24 +132,21 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
     )
 
 
-def _monitor_feet(trace: Trace, down: Mask) -> _Feet:
+def _monitor_feet(trace: Trace, pattern: GaitPattern, down: Mask) -> _Feet:
     """Evaluate the monitored quantities of all feet; ``down`` says which foot of which sample stands, (n, n_feet)."""
-    shape = (*down.shape, 3)
-    force = signal(trace, "force").reshape(shape)
-    foot = signal(trace, "foot").reshape(shape)
-    speed = np.linalg.norm(signal(trace, "foot_velocity").reshape(shape), axis=2)
-    normal = force[..., 2]
-    pressing = down & (normal > 0.0)
-    tangential = np.hypot(force[..., 0], force[..., 1])
-    friction = np.divide(tangential, normal, out=np.zeros_like(normal), where=pressing)
+    ground, contact = pattern.ground, pattern.contact
+    foot, velocity = (signal(trace, name).reshape((*down.shape, 3)) for name in ("foot", "foot_velocity"))
+    speed = np.linalg.norm(velocity, axis=2)
+    force = contact.local(signal(trace, "force").reshape((*down.shape, contact.size)), ground.frame(foot))
+    normal, friction = contact.normal_force(force), contact.friction_used(force)
     drift = np.linalg.norm(foot - _where_phase_began(foot, down), axis=2)
     return _Feet(
         normal=np.where(down, normal, np.inf),
-        friction=friction,
-        height=np.where(down, np.inf, foot[..., 2]),
+        friction=np.where(down, friction, 0.0),
+        height=np.where(down, np.inf, ground.gap(foot)),
         drift=np.where(down, drift, 0.0),
         slip=np.where(down, speed, 0.0),
-        pulls=down & ~pressing,
+        pulls=down & ~(normal > 0.0),
     )
 
 

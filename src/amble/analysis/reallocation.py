@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from amble.analysis.samples import Samples
-from amble.control import AllocationLaw, Redundancy, torque_null_space
+from amble.control import AllocationLaw, Redundancy
 from amble.errors import InputError
+from amble.hybrid import Contacts
 from amble.numerics.linear_algebra import SymmetricFactor
-from amble.robot import Robot
 from amble.types import NodeValues, frozen
 
 
@@ -22,7 +22,7 @@ class Allocated:
 
     Attributes:
         torques: joint torques, (n, n_joints), N m.
-        forces: contact forces of all feet that go with them, zero for swing feet, world frame, (n, 3 n_feet), N.
+        forces: contact forces of all feet that go with them, zero for swing feet, world frame, (n, n_f), N.
     """
 
     torques: NodeValues
@@ -50,12 +50,12 @@ def reallocate(samples: Samples, laws: Sequence[AllocationLaw]) -> Mapping[str, 
         raise InputError(f"two laws have the same name: {', '.join(names)}")
     torques = {name: np.array(samples.torques) for name in names}
     forces = {name: np.array(samples.forces) for name in names}
-    foot_names = samples.robot.foot_names
     for number, stance in enumerate(samples.pattern.stances):
         inside = np.flatnonzero(samples.stances == number)
         if inside.size == 0:
             continue
-        columns = np.array([3 * foot_names.index(foot) + axis for foot in stance.feet for axis in range(3)])
+        contacts = samples.pattern.contacts(stance)
+        columns = np.array(contacts.columns, dtype=np.int64)
         known = (
             samples.positions[inside],
             samples.velocities[inside],
@@ -63,26 +63,27 @@ def reallocate(samples: Samples, laws: Sequence[AllocationLaw]) -> Mapping[str, 
             samples.forces[np.ix_(inside, columns)],
         )
         for law in laws:
-            found = _reallocation(samples.robot, stance.feet, law)(*(values.T for values in known))
+            found = _reallocation(contacts, law)(*(values.T for values in known))
             torques[law.name][inside] = np.asarray(found[0]).T
             forces[law.name][np.ix_(inside, columns)] = np.asarray(found[1]).T
     return {name: Allocated(frozen(torques[name]), frozen(forces[name])) for name in names}
 
 
-def _reallocation(robot: Robot, feet: tuple[str, ...], law: AllocationLaw) -> ca.Function:
+def _reallocation(contacts: Contacts, law: AllocationLaw) -> ca.Function:
     """Write (q, v, u, lambda) -> (u, lambda) of a law in one stance."""
+    robot = contacts.robot
     joints = len(robot.joints)
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
-    u, forces = ca.SX.sym("u", joints), ca.SX.sym("lambda", 3 * len(feet))
-    torque_basis, force_basis = torque_null_space(robot, feet, q)
+    u, forces = ca.SX.sym("u", joints), ca.SX.sym("lambda", contacts.size)
+    torque_basis, force_basis = contacts.torque_null_space(q)
     if torque_basis.shape[1] == 0:
         return ca.Function("reallocation", [q, v, u, forces], [u, forces])
     # to the minimum-norm member first, from which a law chooses
     back = -SymmetricFactor.of(torque_basis.T @ torque_basis).solve(torque_basis.T @ u)
     least, least_forces = u + torque_basis @ back, forces + force_basis @ back
     redundancy = Redundancy(
-        robot=robot,
-        feet=feet,
+        contacts=contacts,
+        points=contacts.points(q),
         torques=least,
         torque_basis=torque_basis,
         forces=least_forces,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +32,7 @@ class Samples:
         positions: q, (n, n_q), m and rad.
         velocities: v, (n, n_q), m/s and rad/s.
         torques: joint torques that were applied, (n, n_joints), N m.
-        forces: contact forces of all feet, zero for swing feet, world frame, (n, 3 n_feet), N.
+        forces: contact forces of all feet, zero for swing feet, world frame, (n, n_f), N.
     """
 
     label: str
@@ -54,6 +55,19 @@ class Samples:
     def distance(self) -> float:
         """Distance travelled along the world's x axis, m."""
         return float(self.positions[-1, 0] - self.positions[0, 0])
+
+    def local_forces(self, forces: NodeValues) -> NodeValues:
+        """Turn contact forces of all feet along this motion into the ground's frames, (n, n_feet, size).
+
+        Args:
+            forces: world frame, (n, n_f).
+        """
+        pattern, shape = self.pattern, (len(self.times), len(self.robot.feet), -1)
+        q = ca.SX.sym("q", self.robot.size)
+        points = ca.Function("points", [q], [pattern.all_contacts.points(q)]).map(len(self.times))(self.positions.T)
+        frames = pattern.ground.frame(np.asarray(points).T.reshape(shape))
+        local: NodeValues = pattern.contact.local(forces.reshape(shape), frames)
+        return local
 
     def coordinate(self, name: str) -> tuple[Vector, Vector]:
         """Return a coordinate and its rate by name, each (n,)."""
@@ -117,11 +131,11 @@ def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
         raise InputError(f"{cycles} cycles were asked for; at least 1 is needed")
     halves = [_solved_part(gait)]
     if gait.pattern.mirrored:
-        halves.append(_mirrored(halves[0], gait.robot))
+        halves.append(_mirrored(halves[0], gait.pattern))
     visits = len(gait.domains)
     parts: list[_Part] = []
     for number in range(cycles * len(halves)):
-        part = _follow(parts[-1], halves[number % len(halves)]) if parts else halves[0]
+        part = _follow(parts[-1], halves[number % len(halves)], gait.pattern) if parts else halves[0]
         parts.append(part)
     segments = np.concatenate([part.visits + visits * number for number, part in enumerate(parts)])
     return Samples(
@@ -216,29 +230,30 @@ def _solved_part(gait: Gait) -> _Part:
 
 
 def _forces_of_all_feet(gait: Gait, number: int) -> NodeValues:
-    """Contact forces of one solved domain with zeros for the swing feet, (n, 3 n_feet), N."""
-    domain, robot = gait.domains[number], gait.robot
-    feet = [robot.foot_names.index(foot) for foot in gait.pattern.stance(domain.name).feet]
-    found = np.zeros((len(domain.times), len(robot.feet), 3))
-    found[:, feet] = domain.forces.reshape(len(domain.times), len(feet), 3)
-    return found.reshape(len(domain.times), -1)
+    """Contact forces of one solved domain with zeros for the swing feet, (n, n_f), N."""
+    domain, pattern = gait.domains[number], gait.pattern
+    found = np.zeros((len(domain.times), pattern.all_contacts.size))
+    found[:, pattern.contacts(pattern.stance(domain.name)).columns] = domain.forces
+    return found
 
 
-def _mirrored(part: _Part, robot: Robot) -> _Part:
-    mirror = robot.mirror
+def _mirrored(part: _Part, pattern: GaitPattern) -> _Part:
+    mirror = pattern.robot.mirror
     return replace(
         part,
         positions=mirror.position(part.positions.T).T,
         velocities=mirror.position(part.velocities.T).T,
         torques=mirror.torque(part.torques.T).T,
-        forces=mirror.force(part.forces.T).T,
+        forces=pattern.all_contacts.mirror(part.forces.T).T,
     )
 
 
-def _follow(before: _Part, part: _Part) -> _Part:
-    """Shift a part in time and horizontal position so that it begins where another ends."""
+def _follow(before: _Part, part: _Part, pattern: GaitPattern) -> _Part:
+    """Shift a part in time and along the ground so that it begins where another ends."""
     positions = part.positions.copy()
-    positions[:, :2] += before.positions[-1, :2] - positions[0, :2]
+    missing = before.positions[-1, :2] - positions[0, :2]
+    for amount, along in zip(missing, pattern.ground.translations.values(), strict=True):
+        positions[:, :3] += amount * along
     return replace(part, times=part.times - part.times[0] + before.times[-1], positions=positions)
 
 

@@ -10,10 +10,8 @@ from amble.control.allocation import (
     PseudoInverse,
     Redundancy,
     WeightedMinimumNorm,
-    internal_forces,
     law_from,
     margins,
-    torque_null_space,
 )
 from amble.control.outputs import DomainOutputs, Outputs, joint_outputs
 
@@ -29,9 +27,7 @@ __all__ = [
     "PseudoInverse",
     "Redundancy",
     "WeightedMinimumNorm",
-    "internal_forces",
     "joint_outputs",
     "law_from",
     "margins",
-    "torque_null_space",
 ]

@@ -14,14 +14,14 @@ from amble.control.linearisation import Linearised, linearise
 from amble.control.sensitivity import sensitivity
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
-from amble.hybrid import Switch, impact
-from amble.robot import Robot, kinematics
+from amble.hybrid import Contacts, GaitPattern, Switch, impact
+from amble.robot import kinematics
 
-LOWEST_BASE = 0.05
-"""A base below this height above the ground has fallen, m."""
+LOWEST_BASE = 0.06
+"""A base lower than this above the ground under it has fallen, in lengths of the longest leg."""
 
 STEEPEST = 0.3
-"""A base whose vertical axis has a smaller component along the world's has fallen over."""
+"""A base whose vertical axis has a smaller component along the ground's normal under it has fallen over."""
 
 ARGUMENTS = ["t", "x", "p"]
 
@@ -35,7 +35,7 @@ class StanceLoop:
         variation: (d field / d x, R, E), with the response R and the error slope E of ``sensitivity``.
         signals: torque, force (all feet), foot and foot_velocity (all feet), pivot.
         admissibility: margin to a fall.
-        guard: height of the landing foot, or normal force of the lifting foot.
+        guard: gap of the landing foot above the ground, or normal force of the lifting foot.
         reset: state after the impact, in the same coordinates.
     """
 
@@ -54,15 +54,14 @@ class StanceLoop:
 
 
 def stance_loops(
-    robot: Robot, law: AllocationLaw, switches: Sequence[Switch], outputs: Sequence[int], order: int
+    pattern: GaitPattern, law: AllocationLaw, outputs: Sequence[int], order: int
 ) -> tuple[StanceLoop, ...]:
-    """Compile the closed loops of stances.
+    """Compile the closed loops of the solved stances of a pattern.
 
     Args:
-        robot: the robot.
+        pattern: the stances, with the robot and its ground.
         law: the allocation law.
-        switches: the switch that ends each stance; it names the stance too.
-        outputs: number of outputs of each stance.
+        outputs: number of outputs of each solved stance.
         order: order of the reference curves; the parameters are packed as in ``VirtualConstraints.packed``.
 
     Raises:
@@ -76,34 +75,34 @@ def stance_loops(
         ) from None
     sources: dict[str, Sequence[ca.Function]] = {}
     derivatives: dict[str, tuple[str, ...]] = {}
-    for switch, count in zip(switches, outputs, strict=True):
+    for switch, count in zip(pattern.switches, outputs, strict=True):
         name = switch.source.name
-        flow, events = _functions(robot, law, switch, count, order)
+        contacts, landed = pattern.contacts(switch.source), pattern.contacts(switch.target)
+        flow, events = _functions(contacts, landed, law, switch, count, order)
         sources |= {f"loop_{name}": flow, f"switch_{name}": events}
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)
-    names = [switch.source.name for switch in switches]
+    names = [switch.source.name for switch in pattern.switches]
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
 
 
 @lru_cache(maxsize=32)
 def _functions(
-    robot: Robot, law: AllocationLaw, switch: Switch, outputs: int, order: int
+    contacts: Contacts, landed: Contacts, law: AllocationLaw, switch: Switch, outputs: int, order: int
 ) -> tuple[tuple[ca.Function, ...], tuple[ca.Function, ...]]:
     """Write the functions of one stance as expressions: those of the flow, and those of the event that ends it."""
-    feet = switch.source.feet
+    robot = contacts.robot
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
     constraints = VirtualConstraints.symbols(outputs, robot.size - 3, order)
     p = constraints.packed()
-    loop = linearise(robot, feet, law, q, v, t, constraints)
-    slope = sensitivity(robot, feet, loop, q, v, t, constraints)
+    loop = linearise(contacts, law, q, v, t, constraints)
+    slope = sensitivity(contacts, loop, q, v, t, constraints)
     jacobian = ca.densify(
         ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
     )
-    signals = _signals(robot, feet, q, v, loop)
-    margin = ca.fmin(q[2] - LOWEST_BASE, kinematics.base_rotation(q)[2, 2] - STEEPEST)
-    guard, after = _guard(robot, switch, q, loop), _reset(robot, switch, q, v)
+    signals, margin = _signals(contacts, q, v, loop), _margin(contacts, q)
+    guard, after = _guard(contacts, switch, q, loop), _reset(landed, switch, q, v)
     symbols = [t, x, p]
     slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}
     flow = (
@@ -121,31 +120,37 @@ def _function(name: str, symbols: list[ca.SX], results: dict[str, ca.SX]) -> ca.
     return ca.Function(name, symbols, ca.cse(list(results.values())), ARGUMENTS, list(results))
 
 
-def _signals(robot: Robot, feet: tuple[str, ...], q: ca.SX, v: ca.SX, loop: Linearised) -> dict[str, ca.SX]:
+def _margin(contacts: Contacts, q: ca.SX) -> ca.SX:
+    """Margin to a fall: the base's height above the ground under it, and how upright it is against the normal there."""
+    ground, rotation = contacts.ground, kinematics.base_rotation(q)
+    height = q[2] - ground.height(q[0], q[1])
+    upright = rotation[2, 2] if ground.level else ca.dot(ground.normal(q[:3]), rotation[:, 2])
+    return ca.fmin(height - LOWEST_BASE * contacts.robot.leg_length, upright - STEEPEST)
+
+
+def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised) -> dict[str, ca.SX]:
     """What a simulation records: world frame, all feet in the robot's order, zero force at swing feet."""
-    forces = [
-        loop.forces[3 * feet.index(foot) : 3 * feet.index(foot) + 3] if foot in feet else ca.SX.zeros(3)
-        for foot in robot.foot_names
-    ]
+    robot = contacts.robot
     return {
         "torque": ca.densify(loop.torques),
-        "force": ca.vertcat(*forces),
+        "force": contacts.on_every_foot(loop.forces),
         "foot": ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names]),
         "foot_velocity": ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) @ v for foot in robot.foot_names]),
         "pivot": loop.pivot,
     }
 
 
-def _guard(robot: Robot, switch: Switch, q: ca.SX, loop: Linearised) -> ca.SX:
-    """Height of the first landing foot; without landing the normal force of the first lifting foot."""
+def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised) -> ca.SX:
+    """Gap of the first landing foot; without landing the normal force of the first lifting foot."""
     if switch.landing:
-        return kinematics.foot_position(robot, switch.landing[0], q)[2]
-    return loop.forces[3 * switch.source.feet.index(switch.lifting[0]) + 2]
+        return contacts.ground.gap(kinematics.foot_position(contacts.robot, switch.landing[0], q))
+    local = contacts.local(loop.forces, contacts.points(q))
+    return contacts.contact.normal_force(local[contacts.feet.index(switch.lifting[0])])
 
 
-def _reset(robot: Robot, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
+def _reset(landed: Contacts, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
     """Plastic impact that stops all feet of the next stance; the identity at a lift-off."""
     if not switch.landing:
         return ca.vertcat(q, v)
-    velocity, _ = impact(robot, switch.target.feet, q, v)
+    velocity, _ = impact(landed, q, v)
     return ca.densify(ca.vertcat(q, velocity))

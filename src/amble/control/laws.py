@@ -29,5 +29,5 @@ def law_for(pattern: GaitPattern, name: str, parameters: Mapping[str, Any] | Non
 
 def paper_baseline(pattern: GaitPattern) -> DropActuator:
     """Return the law of Ma et al. (2019) as the paper uses it: the hip pitch of the rear stance leg is off."""
-    dropped = (joint for stance in pattern.stances for joint in rear_hip_pitch(pattern.robot, stance))
+    dropped = (joint for stance in pattern.stances for joint in rear_hip_pitch(pattern, stance))
     return DropActuator(tuple(dict.fromkeys(dropped)))

@@ -9,8 +9,8 @@ import casadi as ca
 from amble.control.allocation import AllocationLaw, Redundancy
 from amble.control.motion_equations import BASE_SIZE, MotionEquations
 from amble.control.virtual_constraints import VirtualConstraints, commanded_acceleration
-from amble.hybrid import stance_bias
-from amble.robot import Robot, dynamics
+from amble.hybrid import Contacts
+from amble.robot import dynamics
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Linearised:
     Attributes:
         acceleration: q'', (n_q,).
         torques: u, (n_joints,), N m.
-        forces: contact forces of the stance feet, world frame, (3 n_c,), N.
+        forces: contact forces of the stance feet, world frame, (n_f,), N.
         redundancy: the free directions at this state, with the minimum-norm torques.
         equations: the factored equations of motion; their pivots tell when the outputs cannot be decoupled.
     """
@@ -38,8 +38,7 @@ class Linearised:
 
 
 def linearise(
-    robot: Robot,
-    feet: tuple[str, ...],
+    contacts: Contacts,
     law: AllocationLaw,
     q: ca.SX,
     v: ca.SX,
@@ -55,17 +54,17 @@ def linearise(
         InputError: where the stance does not allow exactly as many outputs.
     """
     # shorthand
-    h = dynamics.bias(robot, q, v)
-    J = (equations := MotionEquations.of(robot, feet, q, constraints.null_space)).jacobian
+    h = dynamics.bias(contacts.robot, q, v)
+    J = (equations := MotionEquations.of(contacts, q, constraints.null_space)).jacobian
     N = equations.torque_basis
 
     commanded = commanded_acceleration(q, v, time, constraints)
     # with u = (D a + h - J^T lambda)_joints, N^T u = 0 is a row for a and lambda, next to the base's six
-    a, smallest = equations.solve(commanded, -stance_bias(robot, feet, q, v), -equations.rows @ h)
+    a, smallest = equations.solve(commanded, -contacts.bias(q, v), -equations.rows @ h)
     u = (equations.mass @ a + h - J.T @ smallest)[BASE_SIZE:]
     redundancy = Redundancy(
-        robot=robot,
-        feet=feet,
+        contacts=contacts,
+        points=contacts.points(q),
         torques=u,
         torque_basis=N,
         forces=smallest,

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.allocation import torque_null_space
 from amble.control.virtual_constraints import POSITION_SIZE
 from amble.errors import InputError
-from amble.hybrid import stance_jacobian
+from amble.hybrid import Contacts
 from amble.numerics.linear_algebra import OrthogonalFactor
-from amble.robot import Robot, dynamics
+from amble.robot import dynamics
 
 BASE_SIZE = 6
 
@@ -33,15 +32,16 @@ class MotionEquations:
 
     Attributes:
         mass: D, (n_q, n_q).
-        jacobian: J of the stance feet, (3 n_c, n_q).
+        jacobian: J of the stance feet, (n_f, n_q).
         null_space: orthonormal basis of the kernel of H, (n_a, n_a - n_y).
         rows: P, (6 + k, n_q).
-        force_basis: internal contact forces, (3 n_c, k), N.
+        force_basis: internal contact forces, (n_f, k), N.
         torque_basis: N, the torques that go with them, (n_joints, k), N m.
-        closure: factor of the equations that keep the feet at their distances.
+        closure: factor of the equations that keep the feet at their distances, and from turning about their moments.
         open: accelerations that contacts and outputs leave open, (n_q, d).
         balance: factor of the equations for ``open`` and the contact forces per mass of the robot.
         total: mass of the robot, kg.
+        stride: constraint rows of one foot.
     """
 
     mass: ca.SX
@@ -54,23 +54,25 @@ class MotionEquations:
     open: ca.SX
     balance: OrthogonalFactor
     total: float
+    stride: int
 
     @classmethod
-    def of(cls, robot: Robot, feet: tuple[str, ...], q: ca.SX, null_space: ca.SX) -> MotionEquations:
+    def of(cls, contacts: Contacts, q: ca.SX, null_space: ca.SX) -> MotionEquations:
         """Write and factor the equations at a configuration.
 
         Raises:
             InputError: where the stance does not allow exactly as many outputs.
         """
         # shorthand
-        D, J = dynamics.mass_matrix(robot, q), stance_jacobian(robot, feet, q)
-        N, W = torque_null_space(robot, feet, q)
+        robot, stride = contacts.robot, contacts.contact.size
+        D, J = dynamics.mass_matrix(robot, q), contacts.jacobian(q)
+        N, W = contacts.torque_null_space(q)
         outputs, allowed = robot.size - POSITION_SIZE - null_space.shape[1], len(robot.joints) - N.shape[1]
         if outputs != allowed:
-            raise InputError(f"a stance on {len(feet)} feet takes exactly {allowed} outputs, not {outputs}")
+            raise InputError(f"a stance on {len(contacts.feet)} feet takes exactly {allowed} outputs, not {outputs}")
 
         P = ca.diagcat(ca.SX.eye(BASE_SIZE), N.T)
-        closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:]) @ null_space)
+        closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:], stride) @ null_space)
         directions = _open_directions(J, null_space, closure.kernel)
         balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -robot.mass * (P @ J.T)))
         return cls(
@@ -84,6 +86,7 @@ class MotionEquations:
             open=directions,
             balance=balance,
             total=robot.mass,
+            stride=stride,
         )
 
     @property
@@ -92,33 +95,40 @@ class MotionEquations:
         return ca.vertcat(self.closure.sines, self.balance.sines)
 
     def solve(self, commanded: ca.SX, contact: ca.SX, load: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """Return accelerations a, (n_q, m), and contact forces, (3 n_c, m), one column a case.
+        """Return accelerations a, (n_q, m), and contact forces, (n_f, m), one column a case.
 
         Args:
             commanded: w, (n_a, m).
-            contact: accelerations of the stance feet, (3 n_c, m).
+            contact: accelerations of the stance feet, (n_f, m).
             load: right side of the rows P, (6 + k, m).
         """
         # shorthand
         J, Z = self.jacobian, self.null_space
 
         moved = contact - J[:, POSITION_SIZE:] @ commanded
-        outputs = commanded + Z @ self.closure.solve(_apart(moved))
+        outputs = commanded + Z @ self.closure.solve(_apart(moved, self.stride))
         one = ca.vertcat(_common(contact - J[:, POSITION_SIZE:] @ outputs), outputs)
         found = self.balance.solve(load - self.rows @ (self.mass @ one))
         count = self.open.shape[1]
         return one + self.open @ found[:count, :], self.total * found[count:, :]
 
 
-def _apart(rows: ca.SX) -> ca.SX:
-    """Rows of every foot but the first, less those of the first: what remains when the base's position is free."""
-    feet = rows.shape[0] // 3
-    return ca.vertcat(*[rows[3 * i : 3 * i + 3, :] - rows[:3, :] for i in range(1, feet)], ca.SX(0, rows.shape[1]))
+def _apart(rows: ca.SX, stride: int) -> ca.SX:
+    """What remains of the rows when the base's position is free.
+
+    The velocity of every foot but the first, less that of the first, and all angular velocities.
+    """
+    kept = [ca.SX(0, rows.shape[1])]
+    for start in range(0, rows.shape[0], stride):
+        if start:
+            kept.append(rows[start : start + POSITION_SIZE, :] - rows[:POSITION_SIZE, :])
+        kept.append(rows[start + POSITION_SIZE : start + stride, :])
+    return ca.vertcat(*kept)
 
 
 def _common(rows: ca.SX) -> ca.SX:
-    """Rows of the first foot, which the base's position follows; zero without a foot."""
-    return rows[:3, :] if rows.shape[0] else ca.SX(POSITION_SIZE, rows.shape[1])
+    """Velocity rows of the first foot, which the base's position follows; zero without a foot."""
+    return rows[:POSITION_SIZE, :] if rows.shape[0] else ca.SX(POSITION_SIZE, rows.shape[1])
 
 
 def _open_directions(jacobian: ca.SX, null_space: ca.SX, kernel: ca.SX) -> ca.SX:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError
-from amble.hybrid import GaitPattern, Stance
+from amble.hybrid import Contacts, GaitPattern, Stance
 from amble.robot import Robot, kinematics
 from amble.types import Matrix, Vector
 
@@ -53,12 +53,19 @@ def controllable(robot: Robot) -> tuple[str, ...]:
     return robot.coordinate_names[3:]
 
 
-def actuated_freedoms(robot: Robot, feet: Sequence[str]) -> int:
-    """Return rank G of a stance on point feet: joints less internal forces (docs/theory/hybrid-model.md, eq. 10)."""
-    null = {0: 0, 1: 0, 2: 1, 3: 3, 4: 6}
-    if len(feet) not in null:
-        raise InputError(f"stances of up to four feet are supported, not {len(feet)}")
-    return len(robot.joints) - null[len(feet)]
+def actuated_freedoms(contacts: Contacts) -> int:
+    """Return rank G of a stance: joints less the internal forces (docs/theory/hybrid-model.md, eq. 10).
+
+    Raises:
+        InputError: there are as many internal forces as joints, or more, so that nothing is left to control.
+    """
+    left = len(contacts.robot.joints) - contacts.free_directions
+    if left <= 0:
+        raise InputError(
+            f"a stance on {', '.join(contacts.feet)} has {contacts.free_directions} directions of internal force, but "
+            f"robot '{contacts.robot.name}' only {len(contacts.robot.joints)} joints: no motion is left to control"
+        )
+    return left
 
 
 def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Sequence[str]] | None = None) -> Outputs:
@@ -80,8 +87,8 @@ def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Seque
             raise UnknownNameError("domain", name, known)
     domains = []
     for stance in pattern.solved:
-        left_out = tuple((free or {}).get(stance.name, ())) or rear_hip_pitch(pattern.robot, stance)
-        domains.append(_domain_outputs(pattern.robot, stance, left_out))
+        left_out = tuple((free or {}).get(stance.name, ())) or rear_hip_pitch(pattern, stance)
+        domains.append(_domain_outputs(pattern, stance, left_out))
     return Outputs(tuple(domains), order)
 
 
@@ -94,13 +101,14 @@ def selection_matrix(robot: Robot, outputs: DomainOutputs) -> Matrix:
     return matrix
 
 
-def rear_hip_pitch(robot: Robot, stance: Stance) -> tuple[str, ...]:
+def rear_hip_pitch(pattern: GaitPattern, stance: Stance) -> tuple[str, ...]:
     """Return the joint that a two-foot stance leaves out: the first lateral-axis joint of the rearmost stance leg.
 
     Raises:
         InputError: the stance does not have two feet, or no such joint exists.
     """
-    if actuated_freedoms(robot, stance.feet) == len(robot.joints):
+    robot = pattern.robot
+    if actuated_freedoms(pattern.contacts(stance)) == len(robot.joints):
         return ()
     if len(stance.feet) != 2:
         raise InputError(
@@ -122,11 +130,12 @@ def _at_zero(robot: Robot, joint: str) -> tuple[Vector, Vector]:
     return np.asarray(rotation) @ record.axis, np.asarray(origin).ravel()
 
 
-def _domain_outputs(robot: Robot, stance: Stance, left_out: tuple[str, ...]) -> DomainOutputs:
+def _domain_outputs(pattern: GaitPattern, stance: Stance, left_out: tuple[str, ...]) -> DomainOutputs:
+    robot = pattern.robot
     for joint in left_out:
         if joint not in robot.joint_names:
             raise UnknownNameError("joint", joint, robot.joint_names)
-    wanted = actuated_freedoms(robot, stance.feet)
+    wanted = actuated_freedoms(pattern.contacts(stance))
     chosen = tuple(joint for joint in robot.joint_names if joint not in left_out)
     if len(chosen) != wanted:
         raise InputError(

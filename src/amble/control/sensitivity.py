@@ -12,8 +12,8 @@ import casadi as ca
 from amble.control.linearisation import Linearised
 from amble.control.motion_equations import BASE_SIZE
 from amble.control.virtual_constraints import POSITION_SIZE, VirtualConstraints, commanded_acceleration
-from amble.hybrid import stance_bias
-from amble.robot import Robot, dynamics
+from amble.hybrid import Contacts
+from amble.robot import dynamics
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,7 @@ class Sensitivity:
 
 
 def sensitivity(
-    robot: Robot,
-    feet: tuple[str, ...],
+    contacts: Contacts,
     linearised: Linearised,
     q: ca.SX,
     v: ca.SX,
@@ -48,12 +47,12 @@ def sensitivity(
     and the base's rows hold no torque.
     """
     # shorthand
-    equations = linearised.equations
+    robot, equations = contacts.robot, linearised.equations
     J, state = equations.jacobian, ca.vertcat(q, v)
 
-    a, lam = ca.SX.sym("a", robot.size), ca.SX.sym("lambda", 3 * len(feet))
+    a, lam = ca.SX.sym("a", robot.size), ca.SX.sym("lambda", contacts.size)
     force = (dynamics.inverse_dynamics(robot, q, v, a) - J.T @ lam)[:BASE_SIZE]
-    contact = J @ a + stance_bias(robot, feet, q, v)
+    contact = J @ a + contacts.bias(q, v)
     at = linearised.acceleration, linearised.forces
     slopes = ca.Function("slopes", [q, v, a, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)])(q, v, *at)
     commanded = ca.jacobian(commanded_acceleration(q, v, time, constraints), state)

@@ -16,10 +16,9 @@ from amble.export.controller import export_controller
 from amble.export.text import filled, template
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
-from amble.hybrid import Domain, HybridSystem, Stance, constrained_dynamics
+from amble.hybrid import Contacts, Domain, GaitPattern, HybridSystem, constrained_dynamics
 from amble.io.storage import workplace
 from amble.names import identifier
-from amble.robot import Robot
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
 ARGUMENTS = ["t", "x", "p"]
@@ -44,10 +43,10 @@ def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
         raise WorkError("the exported controller needs a C compiler; none was found")
     library = _library(gait, law, tool)
     solved = gait.pattern.solved
-    native = compile_all({f"plant_{stance.name}": [_plant(gait.robot, stance)] for stance in solved})
+    native = compile_all({f"plant_{stance.name}": [_plant(gait.pattern.contacts(stance))] for stance in solved})
     plants = [native[f"plant_{stance.name}"]["plant"] for stance in solved]
     if gait.pattern.mirrored:
-        plants += [_mirrored(gait.robot, plant) for plant in plants]
+        plants += [_mirrored(gait.pattern, plant) for plant in plants]
     domains = [
         _domain(domain, ca.external(f"stance_{number}", str(library)), plant)
         for number, (domain, plant) in enumerate(zip(system.domains, plants, strict=True))
@@ -55,23 +54,24 @@ def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
     return HybridSystem(domains, system.transitions, system.symmetries, system.state_names)
 
 
-def _plant(robot: Robot, stance: Stance) -> ca.Function:
+def _plant(contacts: Contacts) -> ca.Function:
     """(x, u) -> dx/dt and the contact forces of all feet, in the world frame."""
+    robot = contacts.robot
     x, u = ca.SX.sym("x", 2 * robot.size), ca.SX.sym("u", len(robot.joints))
     q, v = x[: robot.size], x[robot.size :]
-    motion = constrained_dynamics(robot, stance.feet, q, v)
+    motion = constrained_dynamics(contacts, q, v)
     acceleration = motion.free_acceleration + motion.input_map @ u
-    each = ca.vertsplit(motion.free_force + motion.force_map @ u, 3)
-    forces = [each[stance.feet.index(foot)] if foot in stance.feet else ca.SX.zeros(3) for foot in robot.foot_names]
+    forces = contacts.on_every_foot(motion.free_force + motion.force_map @ u)
     rate = ca.densify(ca.vertcat(v, acceleration))
-    return ca.Function("plant", [x, u], [rate, ca.densify(ca.vertcat(*forces))], ["x", "u"], ["rate", "force"])
+    return ca.Function("plant", [x, u], [rate, ca.densify(forces)], ["x", "u"], ["rate", "force"])
 
 
-def _mirrored(robot: Robot, plant: ca.Function) -> ca.Function:
+def _mirrored(pattern: GaitPattern, plant: ca.Function) -> ca.Function:
     """The mirror image of a plant: mirror the arguments, evaluate the same code, mirror the results."""
+    robot = pattern.robot
     x, u = ca.MX.sym("x", plant.numel_in(0)), ca.MX.sym("u", plant.numel_in(1))
     rate, force = plant(robot.mirror.state(x), robot.mirror.torque(u))
-    results = [robot.mirror.state(rate), robot.mirror.force(force)]
+    results = [robot.mirror.state(rate), pattern.all_contacts.mirror(force)]
     return ca.Function("mirrored_plant", [x, u], results, ["x", "u"], ["rate", "force"])
 
 

@@ -39,22 +39,18 @@ class StanceLaw:
 
 def stance_law(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
     """Write the law of a solved stance as an expression."""
-    robot, feet = gait.robot, stance.feet
+    robot, contacts = gait.robot, gait.pattern.contacts(stance)
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
     outputs = len(gait.outputs.of(stance.name).coordinates)
     constraints = VirtualConstraints.symbols(outputs, robot.size - 3, REFERENCE_ORDER)
-    loop = linearise(robot, feet, law, q, v, t, constraints)
-    forces = [
-        loop.forces[3 * feet.index(foot) : 3 * feet.index(foot) + 3] if foot in feet else ca.SX.zeros(3)
-        for foot in robot.foot_names
-    ]
-    limits = ContactLimits(gait.limits.friction, gait.limits.normal_force)
-    margin = ca.mmin(margins(feet, loop.forces, limits))
+    loop = linearise(contacts, law, q, v, t, constraints)
+    limits = ContactLimits(contacts.ground.friction, gait.limits.normal_force)
+    margin = ca.mmin(margins(contacts, contacts.points(q), loop.forces, limits))
     function = ca.Function(
         f"amble_law_{identifier(stance.name)}",
         [t, x, constraints.packed()],
-        [ca.densify(loop.torques), ca.densify(ca.vertcat(*forces)), loop.pivot, margin],
+        [ca.densify(loop.torques), ca.densify(contacts.on_every_foot(loop.forces)), loop.pivot, margin],
         ["t", "x", "p"],
         ["torque", "force", "pivot", "margin"],
     )

@@ -60,11 +60,11 @@ def numbers(name: str, size: str, values: Iterable[float]) -> str:
 def _mirror(gait: Gait) -> list[str]:
     """Signed permutations a -> sign * a[index] of coordinates, joints and forces; the identity without a mirror."""
     robot = gait.robot
-    sizes = {"COORDINATE": robot.size, "JOINT": len(robot.joints), "FORCE": 3 * len(robot.feet)}
-    names = {"COORDINATE": "AMBLE_COORDINATES", "JOINT": "AMBLE_JOINTS", "FORCE": "3 * AMBLE_FEET"}
+    sizes = {"COORDINATE": robot.size, "JOINT": len(robot.joints), "FORCE": gait.pattern.all_contacts.size}
+    names = {"COORDINATE": "AMBLE_COORDINATES", "JOINT": "AMBLE_JOINTS", "FORCE": "AMBLE_FORCES"}
     if gait.pattern.mirrored:
         mirror = robot.mirror
-        maps = {"COORDINATE": mirror.coordinates, "JOINT": mirror.joints, "FORCE": mirror.forces}
+        maps = {"COORDINATE": mirror.coordinates, "JOINT": mirror.joints, "FORCE": gait.pattern.all_contacts.mirror}
     else:
         maps = {name: SignedPermutation(np.arange(size), np.ones(size)) for name, size in sizes.items()}
     lines = ["/* The left-right mirror: a -> sign * a[index]. */"]

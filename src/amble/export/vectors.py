@@ -106,7 +106,7 @@ def _answer(
         numeric(part) for part in law.function(clock, robot.mirror.state(state) if mirrored else state, law.parameters)
     )
     if mirrored:
-        torques, forces = robot.mirror.torque(torques), robot.mirror.force(forces)
+        torques, forces = robot.mirror.torque(torques), gait.pattern.all_contacts.mirror(forces)
     limit = torque_limits(gait)
     status = (SATURATED if np.any(np.abs(torques) > limit) else OK) | (CONTACT_FORCE if margin[0] < 0.0 else OK)
     contact = np.array([foot in stance.feet for foot in robot.foot_names], dtype=np.int64)

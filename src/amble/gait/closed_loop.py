@@ -13,7 +13,7 @@ from amble.control.outputs import selection_matrix
 from amble.control.virtual_constraints import pack, reference_end
 from amble.gait.record import Gait
 from amble.gait.validation import LARGEST_ORDER
-from amble.hybrid import Domain, HybridSystem, Switch, Symmetry, Transition
+from amble.hybrid import Domain, GaitPattern, HybridSystem, Switch, Symmetry, Transition
 from amble.numerics.bezier import elevate
 from amble.robot import Robot, kinematics
 from amble.robot.model import RATE
@@ -37,9 +37,8 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
     """
     pattern, robot = gait.pattern, gait.robot
     loops = stance_loops(
-        robot,
+        pattern,
         law or gait.law,
-        pattern.switches,
         [len(gait.outputs.of(stance.name).coordinates) for stance in pattern.solved],
         REFERENCE_ORDER,
     )
@@ -65,7 +64,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
     if pattern.mirrored and not half:
         second = pattern.all_switches[len(pattern.solved) :]
         for loop, switch, original in zip(loops, second, pattern.switches, strict=True):
-            domains.append(_mirrored_domain(robot, loop, switch, parameters[original.source.name]))
+            domains.append(_mirrored_domain(pattern, loop, switch, parameters[original.source.name]))
             transitions.append(_mirrored_transition(robot, loop, switch))
     names = (*robot.coordinate_names, *(f"{RATE}{name}" for name in robot.coordinate_names))
     return HybridSystem(domains, transitions, _symmetries(gait), names)
@@ -94,15 +93,15 @@ def start_state(gait: Gait) -> Vector:
 
 
 def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
-    """Translations along the ground, and the turn about the vertical where no output sees the base orientation."""
+    """Translations along the ground, and on level ground the turn about the vertical if no output sees it."""
     size = 2 * gait.robot.size
     x = ca.SX.sym("x", size)
     found = []
-    for place, name in enumerate("xy"):
+    for name, translation in gait.pattern.ground.translations.items():
         direction = ca.DM.zeros(size)
-        direction[place] = 1.0
+        direction[:3] = translation
         found.append(Symmetry(name, ca.Function(f"symmetry_{name}", [x], [ca.SX(direction)])))
-    if not _sees_orientation(gait):
+    if gait.pattern.ground.level and not _sees_orientation(gait):
         found.append(Symmetry("yaw", _turn(gait.robot, x)))
     return tuple(found)
 
@@ -135,14 +134,15 @@ def _mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
     return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
 
 
-def _mirrored_domain(robot: Robot, loop: StanceLoop, switch: Switch, parameters: Vector) -> Domain:
+def _mirrored_domain(pattern: GaitPattern, loop: StanceLoop, switch: Switch, parameters: Vector) -> Domain:
     """The mirror image of a stance: mirror the state, evaluate the same code, mirror the result."""
+    robot = pattern.robot
     t, x, p = _symbols(loop.field)
     image = robot.mirror.state(x)
     mirror = ca.MX(_state_matrix(robot))
     jacobian = mirror @ loop.jacobian(t, image, p) @ mirror
     recorded = dict(zip(loop.signals.name_out(), loop.signals(t, image, p), strict=True))
-    signals = {name: _mirrored_signal(robot, name, value) for name, value in recorded.items()}
+    signals = {name: _mirrored_signal(pattern, name, value) for name, value in recorded.items()}
     return Domain(
         name=switch.source.name,
         field=ca.Function(
@@ -167,10 +167,12 @@ def _mirrored_transition(robot: Robot, loop: StanceLoop, switch: Switch) -> Tran
     return Transition(source=switch.source.name, target=switch.target.name, guard=guard, reset=reset, direction=-1)
 
 
-def _mirrored_signal(robot: Robot, name: str, value: ca.MX) -> ca.MX:
+def _mirrored_signal(pattern: GaitPattern, name: str, value: ca.MX) -> ca.MX:
     if name == "pivot":
         return value
-    return robot.mirror.torque(value) if name == "torque" else robot.mirror.force(value)
+    mirror = pattern.robot.mirror
+    known = {"torque": mirror.joints, "force": pattern.all_contacts.mirror}
+    return known.get(name, mirror.forces)(value)
 
 
 def _state_matrix(robot: Robot) -> ca.DM:

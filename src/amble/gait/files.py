@@ -22,7 +22,7 @@ from amble.gait.motion_tree import (
 )
 from amble.gait.record import Gait
 from amble.gait.robot_tree import robot_from, robot_tree
-from amble.hybrid import GaitPattern, gait_pattern
+from amble.hybrid import CONTACTS, GROUNDS, GaitPattern, gait_pattern
 from amble.io.codec import Reader, dumps, loads, quantity
 from amble.io.storage import atomic_write
 from amble.robot import Robot
@@ -88,6 +88,8 @@ def gait_tree(gait: Gait) -> Json:
             "name": gait.pattern.name,
             "mirrored": gait.pattern.mirrored,
             "stances": [list(stance.feet) for stance in gait.pattern.stances],
+            "ground": GROUNDS.to_dict(gait.pattern.ground),
+            "contact": CONTACTS.to_dict(gait.pattern.contact),
         },
         "outputs": {
             "order": gait.outputs.order,
@@ -126,10 +128,6 @@ def _gait_from(reader: Reader, robot: Robot) -> Gait:
     pattern = _pattern_from(reader.inside("pattern"), robot)
     outputs = _outputs_from(reader.inside("outputs"), pattern)
     gains = reader.inside("gains").expect("position", "velocity")
-    law = reader.inside("law").expect("name", "parameters")
-    parameters = law.raw("parameters")
-    if not isinstance(parameters, dict):
-        raise InputError("the parameters of the allocation law in the gait file are not an object")
     solved = [stance.name for stance in pattern.solved]
     domains = reader.inside("domains").expect(*solved)
     feedback, multipliers = reader.raw("feedback"), reader.raw("multipliers")
@@ -137,7 +135,7 @@ def _gait_from(reader: Reader, robot: Robot) -> Gait:
     return Gait(
         pattern=pattern,
         outputs=outputs,
-        law=law_from(law.text("name"), parameters),
+        law=law_from(*_kind_from(reader.inside("law"))),
         speed=reader.number("speed", "m/s"),
         gains=(gains.number("position", "1/s^2"), gains.number("velocity", "1/s")),
         limits=limits_from(reader.inside("limits"), pattern),
@@ -150,13 +148,30 @@ def _gait_from(reader: Reader, robot: Robot) -> Gait:
 
 
 def _pattern_from(reader: Reader, robot: Robot) -> GaitPattern:
-    reader.expect("name", "mirrored", "stances")
+    reader.expect("name", "mirrored", "stances", "ground", "contact")
     rows = reader.raw("stances")
     if not isinstance(rows, list) or not all(
         isinstance(row, list) and all(isinstance(f, str) for f in row) for row in rows
     ):
         raise InputError("the stances of the gait file are not lists of feet")
-    return gait_pattern(robot, rows, reader.flag("mirrored"), reader.text("name"))
+    ground, contact = (_kind_from(reader.inside(key)) for key in ("ground", "contact"))
+    return gait_pattern(
+        robot,
+        rows,
+        reader.flag("mirrored"),
+        reader.text("name"),
+        GROUNDS.build(*ground),
+        CONTACTS.build(*contact),
+    )
+
+
+def _kind_from(reader: Reader) -> tuple[str, Json]:
+    """Read a name with its parameters."""
+    reader.expect("name", "parameters")
+    parameters = reader.raw("parameters")
+    if not isinstance(parameters, dict):
+        raise InputError(f"the parameters of '{reader.text('name')}' in the gait file are not an object")
+    return reader.text("name"), parameters
 
 
 def _outputs_from(reader: Reader, pattern: GaitPattern) -> Outputs:

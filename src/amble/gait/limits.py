@@ -22,18 +22,19 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """Bounds of a gait problem, SI units and radians; contact quantities in the world frame.
+    """Bounds of a gait problem, SI units and radians; contact quantities in the frame of the ground.
 
     Attributes:
         durations: domain name -> (shortest, longest) duration, s.
-        positions: coordinate name (z, roll, pitch, yaw and every joint) -> (lower, upper), m or rad.
+        positions: coordinate name (z above the ground under the base, roll, pitch, yaw and every joint) -> (lower,
+            upper), m or rad.
         speeds: joint name -> largest |rate|, rad/s.
         torques: joint name -> largest |torque|, N m.
         acceleration: largest |second derivative| of any coordinate, m/s^2 or rad/s^2.
-        touchdown_velocity: velocity of a landing foot just before the impact, x, y, z -> (lower, upper), m/s.
-        friction: friction coefficient mu; the gait problem uses the inner pyramid |f_x|, |f_y| <= mu f_z / sqrt(2).
+        touchdown_velocity: velocity of a landing foot just before the impact along the ground's two tangents and its
+            normal (on level ground x, y, z) -> (lower, upper), m/s.
         normal_force: smallest normal force of a stance foot, N.
-        clearance: height that every swing foot exceeds at the middle of its swing, m.
+        clearance: height above the ground that every swing foot exceeds at the middle of its swing, m.
     """
 
     durations: Mapping[str, Interval]
@@ -42,7 +43,6 @@ class Limits:
     torques: Mapping[str, float]
     acceleration: float
     touchdown_velocity: tuple[Interval, Interval, Interval]
-    friction: float
     normal_force: float
     clearance: float
 
@@ -63,7 +63,6 @@ class Limits:
             for name, size in sizes.items():
                 _positive(f"largest {kind} of {name}", size)
         _positive("largest acceleration", self.acceleration)
-        _positive("friction", self.friction)
         for what, value in (("normal force", self.normal_force), ("clearance", self.clearance)):
             if not 0.0 <= value < inf:
                 raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")

@@ -27,7 +27,6 @@ def limits_tree(limits: Limits) -> Json:
             axis: quantity(interval, "m/s")
             for axis, interval in zip(LANDING_AXES, limits.touchdown_velocity, strict=True)
         },
-        "friction": quantity(limits.friction, "1"),
         "normal_force": quantity(limits.normal_force, "N"),
         "clearance": quantity(limits.clearance, "m"),
     }
@@ -36,7 +35,7 @@ def limits_tree(limits: Limits) -> Json:
 def limits_from(reader: Reader, pattern: GaitPattern) -> Limits:
     """Read the bounds."""
     reader.expect(
-        "durations", "positions", "speeds", "torques", "acceleration", "touchdown_velocity", "friction",
+        "durations", "positions", "speeds", "torques", "acceleration", "touchdown_velocity",
         "normal_force", "clearance",
     )  # fmt: skip
     robot = pattern.robot
@@ -53,7 +52,6 @@ def limits_from(reader: Reader, pattern: GaitPattern) -> Limits:
         torques={name: torques.number(name, "N m", infinite=True) for name in torques.names()},
         acceleration=reader.number("acceleration", "m/s^2, rad/s^2", infinite=True),
         touchdown_velocity=(along_x, along_y, along_z),
-        friction=reader.number("friction", "1"),
         normal_force=reader.number("normal_force", "N", infinite=True),
         clearance=reader.number("clearance", "m", infinite=True),
     )
@@ -85,7 +83,7 @@ def domain_from(reader: Reader, name: str, pattern: GaitPattern, outputs: Output
     times = reader.array("times", "s", (None,))
     nodes = times.size
     switch = next(switch for switch in pattern.switches if switch.source.name == name)
-    impulse = 3 * len(switch.target.feet) if switch.landing else 0
+    impulse = pattern.contacts(switch.target).size if switch.landing else 0
     return DomainTrajectory(
         name=name,
         duration=reader.number("duration", "s"),
@@ -95,7 +93,7 @@ def domain_from(reader: Reader, name: str, pattern: GaitPattern, outputs: Output
         velocities=reader.columns("velocities", units(names, "/s"), nodes),
         accelerations=reader.columns("accelerations", units(names, "/s^2"), nodes),
         torques=reader.array("torques", "N m", (nodes, len(robot.joints))),
-        forces=reader.array("forces", "N", (nodes, 3 * len(pattern.stance(name).feet))),
+        forces=reader.array("forces", "N", (nodes, pattern.contacts(pattern.stance(name)).size)),
         impulse=reader.array("impulse", "N s", (impulse,)),
     )
 

@@ -27,7 +27,7 @@ class DomainTrajectory:
         velocities: (n, n_q).
         accelerations: (n, n_q).
         torques: u, (n, n_joints), N m.
-        forces: contact forces of the stance feet in the robot's foot order, world frame, (n, 3 n_c), N.
+        forces: contact forces of the stance feet in the robot's foot order, world frame, (n, n_f), N.
         impulse: contact impulse of the feet of the next stance at the end of this domain, world frame, N s; empty
             where no foot lands.
     """

@@ -1,21 +1,28 @@
-"""Hybrid systems, and the legged ones built from stance tables."""
+"""Hybrid systems, and the legged ones built from stance tables: feet in contact with a ground."""
 
-from amble.hybrid.contact import (
-    ConstrainedDynamics,
-    constrained_dynamics,
-    impact,
-    selection,
-    stance_bias,
-    stance_jacobian,
-)
+from amble.hybrid.constrained_dynamics import ConstrainedDynamics, constrained_dynamics, impact, selection
+from amble.hybrid.contact import CONTACTS, POINT, QUANTITIES, Contact, PointContact
+from amble.hybrid.contacts import Contacts
+from amble.hybrid.ground import FLAT, GROUNDS, Ground, HeightField, Plane
 from amble.hybrid.pattern import GaitPattern, Stance, Switch, gait_pattern
 from amble.hybrid.system import Domain, HybridSystem, Symmetry, Transition
 
 __all__ = [
+    "CONTACTS",
+    "FLAT",
+    "GROUNDS",
+    "POINT",
+    "QUANTITIES",
     "ConstrainedDynamics",
+    "Contact",
+    "Contacts",
     "Domain",
     "GaitPattern",
+    "Ground",
+    "HeightField",
     "HybridSystem",
+    "Plane",
+    "PointContact",
     "Stance",
     "Switch",
     "Symmetry",
@@ -24,6 +31,4 @@ __all__ = [
     "gait_pattern",
     "impact",
     "selection",
-    "stance_bias",
-    "stance_jacobian",
 ]

@@ -1,125 +1,193 @@
-"""Contact: rigid point feet that neither slip nor sink, and the plastic impact when feet land (paper, section 2)."""
+"""Contact: what a foot on the ground is; it neither slips nor sinks, its forces lie in a cone (paper, section 2)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import sqrt
+from typing import Any
 
 import casadi as ca
+import numpy as np
 
-from amble.numerics.linear_algebra import SymmetricFactor
-from amble.robot import Robot, dynamics, kinematics
+from amble.hybrid.ground import CASADI, Ground, components, into_frame
+from amble.hybrid.internal_forces import kernel_of_grasp, point_forces
+from amble.io.registry import Registry
+from amble.robot import Robot, kinematics
+from amble.types import NodeValues
+
+AXES = ("x", "y", "z")
+
+FORCE_SIGNS = (1.0, -1.0, 1.0)
+"""A mirrored force has its y component reversed."""
+
+QUANTITIES: Mapping[str, str] = {"normal force": "N", "friction": "1", "height": "m", "drift": "m", "slip": "m/s"}
+"""Quantities of a contact and their units.
+
+- normal force: of a stance foot, along the ground's normal.
+- friction: what a stance foot uses of the cone: its tangential load over its normal force.
+- height: distance of a swing foot from the ground along the normal.
+- drift: distance of a stance foot from where its stance phase began.
+- slip: speed of a stance foot.
+"""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ConstrainedDynamics:
-    """The motion of a robot that stands on some feet, affine in the torques.
+class Contact(ABC):
+    """A foot that sticks to the ground at a point and may hold moments there; immutable and hashable.
 
-    With D a + h = B u + J^T lambda and J a + Jdot v = 0 (paper, eq. 2):
-    a = free_acceleration + input_map u, lambda = free_force + force_map u.
-
-    Attributes:
-        free_acceleration: f0, (n_q,).
-        input_map: G, (n_q, n_joints).
-        free_force: lambda at zero torque, world frame, (3 n_c,), N.
-        force_map: d lambda / d u, (3 n_c, n_joints).
-        jacobian: J of the stance feet, (3 n_c, n_q).
-        positions: stance feet, world frame, (3 n_c,), m.
-        mass: factor of D.
-        spread: D^-1 J^T, (n_q, 3 n_c).
-        apparent: factor of J D^-1 J^T, None without stance feet.
+    The force of a foot has ``size`` components: the force along the world's x, y and z, then moments about
+    ``moment_axes``. The constraint rows are their duals: the velocity of the point, then its angular velocity about
+    these axes. "Local" components have the force along the ground's two tangents and its normal.
     """
 
-    free_acceleration: ca.SX
-    input_map: ca.SX
-    free_force: ca.SX
-    force_map: ca.SX
-    jacobian: ca.SX
-    positions: ca.SX
-    mass: SymmetricFactor
-    spread: ca.SX
-    apparent: SymmetricFactor | None
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Short name of the kind, as used in files."""
 
-    def respond(self, force: ca.SX, contact: ca.SX) -> ca.SX:
-        """Return the accelerations a with D a = force + J^T lambda and J a = contact, one column a case.
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """Parameters as plain JSON values; with the name they rebuild the contact."""
+        return {}
+
+    @property
+    def moments(self) -> tuple[str, ...]:
+        """Labels of the moments; none by default."""
+        return ()
+
+    @property
+    def moment_signs(self) -> tuple[float, ...]:
+        """Signs of the moments under the mirror y -> -y; a moment about the normal is reversed."""
+        return ()
+
+    def moment_axes(self, frame: Any) -> Any:
+        """Return the axes of the moments in world axes as columns, (3, moments).
 
         Args:
-            force: generalised forces, (n_q, k).
-            contact: accelerations of the stance feet, (3 n_c, k).
+            frame: the ground's tangents and normal as columns, (3, 3).
         """
-        motion = self.mass.solve(force)
-        if self.apparent is None:
-            return motion
-        return motion + self.spread @ self.apparent.solve(contact - self.jacobian @ motion)
+        del frame
+        return ca.SX(3, 0)
+
+    @abstractmethod
+    def tangential(self, local: Any) -> Any:
+        """Return the load that friction carries, N: it may be as large as mu times the normal force (the exact cone).
+
+        Args:
+            local: local components, casadi (size, n) or numpy (..., size).
+        """
+
+    @property
+    @abstractmethod
+    def sides(self) -> tuple[str, ...]:
+        """Labels of the rows of ``pyramid``."""
+
+    @abstractmethod
+    def pyramid(self, local: Any, friction: Any) -> ca.SX:
+        """Return rows linear in the force that are not negative inside a pyramid within the cone, (sides, n), N.
+
+        Args:
+            local: local components, (size, n).
+            friction: coefficient mu.
+        """
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the components of the force, and of the constraint rows."""
+        return (*AXES, *self.moments)
+
+    @property
+    def size(self) -> int:
+        """Number of components."""
+        return len(self.labels)
+
+    @property
+    def mirror_signs(self) -> tuple[float, ...]:
+        """Signs of the components under the mirror y -> -y."""
+        return (*FORCE_SIGNS, *self.moment_signs)
+
+    def jacobian(self, robot: Robot, foot: str, ground: Ground, q: ca.SX) -> ca.SX:
+        """Return J with J v = 0 for a foot that sticks, (size, n_q)."""
+        point = kinematics.foot_jacobian(robot, foot, q)
+        if not self.moments:
+            return point
+        axes = self.moment_axes(ground.frame(kinematics.foot_position(robot, foot, q)))
+        return ca.vertcat(point, axes.T @ kinematics.foot_rotation_jacobian(robot, foot, q))
+
+    def bias(self, robot: Robot, foot: str, ground: Ground, q: ca.SX, v: ca.SX) -> ca.SX:
+        """Return (dJ/dt) v, (size,)."""
+        point = kinematics.foot_bias(robot, foot, q, v)
+        if not self.moments:
+            return point
+        turned = self.jacobian(robot, foot, ground, q)[len(AXES) :, :] @ v
+        return ca.vertcat(point, ca.jtimes(turned, q, v))
+
+    def wrench(self, frame: Any) -> ca.SX:
+        """Return the force and the moment about the foot that unit components make, world axes, (6, size)."""
+        return ca.diagcat(ca.SX.eye(len(AXES)), self.moment_axes(frame))
+
+    def local(self, force: Any, frame: Any) -> Any:
+        """Turn components into local ones, casadi (size, n) or numpy (..., size)."""
+        if isinstance(force, CASADI):
+            return ca.vertcat(into_frame(force[: len(AXES), :], frame), force[len(AXES) :, :])
+        return np.concatenate([into_frame(force[..., : len(AXES)], frame), force[..., len(AXES) :]], axis=-1)
+
+    def normal_force(self, local: Any) -> Any:
+        """Return the force along the ground's normal, N."""
+        return components(local)[2]
+
+    def friction_used(self, local: NodeValues) -> NodeValues:
+        """Return tangential load over normal force, 1; infinite for a foot that does not push: no friction holds it."""
+        normal, load = self.normal_force(local), self.tangential(local)
+        pushes = normal > 0.0
+        return np.where(pushes, load / np.where(pushes, normal, 1.0), np.inf)
+
+    def internal_forces(self, points: Sequence[ca.SX], frames: Sequence[Any], count: int) -> ca.SX:
+        """Return a basis of the forces of all feet with zero net force and moment, (feet size, count).
+
+        Args:
+            points: positions of the feet, world axes, (3,) each.
+            frames: the ground's frames there, (3, 3) each.
+            count: how many such forces there are.
+        """
+        return kernel_of_grasp([self.wrench(frame) for frame in frames], points, count)
 
 
-def selection(robot: Robot) -> ca.SX:
-    """Return the actuation matrix B = [0; I], (n_q, n_joints)."""
-    joints = len(robot.joints)
-    return ca.SX(ca.vertcat(ca.DM(robot.size - joints, joints), ca.DM.eye(joints)))
+@dataclass(frozen=True)
+class PointContact(Contact):
+    """A point that holds three forces and no moment, in the cone |f_t| <= mu f_n."""
+
+    @property
+    def name(self) -> str:
+        """Name in files."""
+        return "point"
+
+    def tangential(self, local: Any) -> Any:
+        """Return |f_t|."""
+        x, y, *_ = components(local)
+        return (x**2 + y**2) ** 0.5
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """One along each direction of both tangents."""
+        return ("+x", "-x", "+y", "-y")
+
+    def pyramid(self, local: Any, friction: Any) -> ca.SX:
+        """|f_1|, |f_2| <= mu f_n / sqrt(2): the largest square pyramid inside the cone."""
+        x, y, normal, *_ = components(local)
+        inner = friction / sqrt(2.0)
+        return ca.vertcat(inner * normal - x, inner * normal + x, inner * normal - y, inner * normal + y)
+
+    def internal_forces(self, points: Sequence[ca.SX], frames: Sequence[Any], count: int) -> ca.SX:
+        """Closed forms for up to four feet, the kernel of the grasp map for more."""
+        return point_forces(points) if len(points) <= 4 else super().internal_forces(points, frames, count)
 
 
-def stance_jacobian(robot: Robot, feet: Sequence[str], q: ca.SX) -> ca.SX:
-    """Return the stacked Jacobians of the feet, (3 n_c, n_q)."""
-    return ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in feet], ca.SX(0, robot.size))
+POINT = PointContact()
+"""What every foot is unless a pattern says otherwise."""
 
+CONTACTS: Registry[Contact] = Registry("contact")
+"""The contacts that files can hold."""
 
-def stance_bias(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) -> ca.SX:
-    """Return the stacked accelerations Jdot v of the feet, (3 n_c,)."""
-    return ca.vertcat(*[kinematics.foot_bias(robot, foot, q, v) for foot in feet], ca.SX(0, 1))
-
-
-def constrained_dynamics(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) -> ConstrainedDynamics:
-    """Eliminate the contact forces of the stance feet (paper, eq. 2 and 3)."""
-    # shorthand
-    D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
-    h = dynamics.bias(robot, q, v)
-    J, Jdv = stance_jacobian(robot, feet, q), stance_bias(robot, feet, q, v)
-    B = selection(robot)
-
-    positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in feet], ca.SX(0, 1))
-    motion, inputs = -D.solve(h), D.solve(B)
-    if not feet:
-        return ConstrainedDynamics(
-            free_acceleration=motion,
-            input_map=inputs,
-            free_force=ca.SX(0, 1),
-            force_map=ca.SX(0, len(robot.joints)),
-            jacobian=J,
-            positions=positions,
-            mass=D,
-            spread=J.T,
-            apparent=None,
-        )
-    Y = D.solve(J.T)
-    apparent = SymmetricFactor.of(J @ Y)  # J D^-1 J^T, the inverse of the mass seen at the feet
-    free_force = -apparent.solve(J @ motion + Jdv)
-    force_map = -apparent.solve(J @ inputs)
-    return ConstrainedDynamics(
-        free_acceleration=motion + Y @ free_force,
-        input_map=inputs + Y @ force_map,
-        free_force=free_force,
-        force_map=force_map,
-        jacobian=J,
-        positions=positions,
-        mass=D,
-        spread=Y,
-        apparent=apparent,
-    )
-
-
-def impact(robot: Robot, feet: Sequence[str], q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Return the velocities after a plastic impact that stops the feet, (n_q,), and the impulse, (3 n_c,), N s.
-
-    D (v+ - v) = J^T iota and J v+ = 0 (paper, eq. 4, where the transpose of J is missing).
-    """
-    D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
-    J = stance_jacobian(robot, feet, q)
-    Y = D.solve(J.T)
-    impulse = -SymmetricFactor.of(J @ Y).solve(J @ v)
-    return v + Y @ impulse, impulse
-
-
-def _elimination_order(robot: Robot) -> list[int]:
-    """Order that factors the mass matrix without fill: joints from the feet upwards, the base last."""
-    return list(range(robot.size - 1, -1, -1))
+CONTACTS.register("point", PointContact)

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from amble.hybrid.contact import POINT, Contact
+from amble.hybrid.ground import FLAT, Ground
 from amble.hybrid.pattern import GaitPattern, gait_pattern
 from amble.robot import Robot
 
 
-def amble(robot: Robot) -> GaitPattern:
+def amble(robot: Robot, ground: Ground = FLAT, contact: Contact = POINT) -> GaitPattern:
     """Two feet down at every instant; each switch is one foot landing while another lifts (the paper's gait)."""
     table = [("fr", "rl"), ("fr", "rr"), ("fl", "rr"), ("fl", "rl")]
-    return gait_pattern(robot, table, mirrored=True, name="amble")
+    return gait_pattern(robot, table, mirrored=True, name="amble", ground=ground, contact=contact)
 
 
-def trot(robot: Robot) -> GaitPattern:
+def trot(robot: Robot, ground: Ground = FLAT, contact: Contact = POINT) -> GaitPattern:
     """Diagonal pairs in turn, without flight."""
-    return gait_pattern(robot, [("fl", "rr"), ("fr", "rl")], mirrored=True, name="trot")
+    table = [("fl", "rr"), ("fr", "rl")]
+    return gait_pattern(robot, table, mirrored=True, name="trot", ground=ground, contact=contact)
 
 
 GAITS = {"amble": amble, "trot": trot}

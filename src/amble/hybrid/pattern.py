@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amble.errors import InputError, UnknownNameError
+from amble.hybrid.contact import POINT, Contact
+from amble.hybrid.contacts import Contacts
+from amble.hybrid.ground import FLAT, Ground
 from amble.names import check_distinct, check_name
 from amble.robot import Robot
 
@@ -26,8 +29,8 @@ class Stance:
 class Switch:
     """What happens between two stances: feet that land (plastic impact) and feet that lift.
 
-    With a landing foot the guard is the height of the first landing foot; without one it is the normal force of the
-    first lifting foot, and the reset is the identity (paper, section 2.4).
+    With a landing foot the guard is the gap of the first landing foot above the ground; without one it is the normal
+    force of the first lifting foot, and the reset is the identity (paper, section 2.4).
     """
 
     source: Stance
@@ -41,9 +44,9 @@ class Switch:
         return f"{self.source.name}->{self.target.name}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class GaitPattern:
-    """A cyclic sequence of stances of one robot.
+    """A cyclic sequence of stances of one robot on a ground.
 
     Attributes:
         robot: the robot.
@@ -51,12 +54,16 @@ class GaitPattern:
         mirrored: whether the second half of the cycle is the left-right mirror of the first, so that half of the
             stances determine the gait.
         name: what the gait is called.
+        ground: what the robot walks on.
+        contact: what each of its feet on the ground is.
     """
 
     robot: Robot
     stances: tuple[Stance, ...]
     mirrored: bool
     name: str = "gait"
+    ground: Ground = FLAT
+    contact: Contact = POINT
 
     def __post_init__(self) -> None:
         """Check names, that every switch changes the stance and that the mirror holds where it is claimed."""
@@ -91,7 +98,18 @@ class GaitPattern:
                 return candidate
         raise UnknownNameError("stance", name, [s.name for s in self.stances])
 
+    def contacts(self, stance: Stance) -> Contacts:
+        """Return the feet of a stance on the ground."""
+        return Contacts(self.robot, stance.feet, self.contact, self.ground)
+
+    @property
+    def all_contacts(self) -> Contacts:
+        """All feet of the robot on the ground."""
+        return Contacts(self.robot, self.robot.foot_names, self.contact, self.ground)
+
     def _check_mirror(self) -> None:
+        if not self.ground.mirrored:
+            raise InputError("a mirrored gait needs ground that is the same on the left and on the right")
         if len(self.stances) % 2:
             raise InputError(f"a mirrored gait has an even number of stances, not {len(self.stances)}")
         half = len(self.stances) // 2
@@ -105,7 +123,12 @@ class GaitPattern:
 
 
 def gait_pattern(
-    robot: Robot, feet_down: Sequence[Sequence[str]], mirrored: bool = False, name: str = "gait"
+    robot: Robot,
+    feet_down: Sequence[Sequence[str]],
+    mirrored: bool = False,
+    name: str = "gait",
+    ground: Ground = FLAT,
+    contact: Contact = POINT,
 ) -> GaitPattern:
     """Build a pattern from a table of stance feet, one row a domain; domains are called D1, D2, ...
 
@@ -114,6 +137,8 @@ def gait_pattern(
         feet_down: for each domain the feet on the ground.
         mirrored: claim (checked) that the second half mirrors the first.
         name: what the gait is called.
+        ground: what the robot walks on; by default level ground.
+        contact: what each foot on the ground is; by default a point.
 
     Raises:
         UnknownNameError: where the table names a foot the robot does not have.
@@ -129,7 +154,9 @@ def gait_pattern(
         stances.append(Stance(f"D{number}", tuple(foot for foot in robot.foot_names if foot in row)))
     if len(stances) < 2:
         raise InputError("a gait pattern needs at least two stances")
-    return GaitPattern(robot, tuple(stances), mirrored, name)
+    return GaitPattern(
+        robot=robot, stances=tuple(stances), mirrored=mirrored, name=name, ground=ground, contact=contact
+    )
 
 
 def _switch(source: Stance, target: Stance) -> Switch:

@@ -19,6 +19,7 @@ from amble.control.allocation import (
 from amble.control.laws import paper_baseline
 from amble.gait import Gait
 from amble.report.figures import left_joints, torque_lines
+from amble.report.results import finite_or_none
 from amble.report.tables import Table
 from amble.types import Json
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 def every_law(gait: Gait) -> dict[str, AllocationLaw]:
     """Return the laws worth comparing on a gait, by label: both of the paper, least power for each actuator, the rest.
 
-    The bounded law keeps the friction and normal force of the gait's limits.
+    The bounded law keeps the friction of the ground and the normal force of the gait's limits.
     """
     power = {f"power ({model.name})": MinimumPower(model.name) for model in ACTUATORS}
     return {
@@ -37,7 +38,7 @@ def every_law(gait: Gait) -> dict[str, AllocationLaw]:
         "pinv": PseudoInverse(),
         **power,
         "peak": MinimumPeak(),
-        "bounded": BoundedMinimumNorm(gait.limits.friction, gait.limits.normal_force),
+        "bounded": BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force),
     }
 
 
@@ -59,7 +60,7 @@ def compare_allocations(
     """
     joints = gait.robot.joints
     torques = {joint.name: min(joint.effort, gait.limits.torques.get(joint.name, joint.effort)) for joint in joints}
-    limits = AllocationLimits(gait.limits.friction, gait.limits.normal_force, torques)
+    limits = AllocationLimits(gait.pattern.ground.friction, gait.limits.normal_force, torques)
     motion = samples_of_gait(gait) if samples is None else samples
     return allocation_metrics(motion, laws or every_law(gait), limits, ACTUATORS)
 
@@ -100,6 +101,7 @@ def allocation_results(metrics: Sequence[LawMetrics]) -> Json:
     found: Json = {}
     for entry in metrics:
         numbers = {key: value for key, value in asdict(entry).items() if key not in ("law", "motion")}
+        numbers["friction_used"] = finite_or_none(entry.friction_used)
         found.setdefault(entry.law, {})[entry.motion] = numbers
     return found
 

@@ -22,6 +22,7 @@ from amble.control.laws import paper_baseline
 from amble.errors import FallError
 from amble.gait import Gait
 from amble.report.allocation import allocation_results, allocation_table, compare_allocations
+from amble.report.results import finite_or_none
 from amble.report.run import Run, Stability
 from amble.report.tables import Table
 from amble.report.versions import computing_versions
@@ -52,13 +53,14 @@ def with_laws(samples: Samples, laws: Sequence[AllocationLaw]) -> Motion:
 
 def monitors(gait: Gait, trace: Trace) -> ContactReport:
     """Hold a simulated motion against the limits of its gait."""
-    return contact_report(trace, gait.pattern, ContactBounds.of_limits(gait.limits))
+    return contact_report(trace, gait.pattern, ContactBounds.of_gait(gait))
 
 
 def perturbed_results(gait: Gait, trace: Trace, size: float, seed: int) -> Json:
     """Return what is known of a simulation from a perturbed start; N, 1, m.
 
     ``before_sound`` is about the cycles before the contacts are sound; None where they are from the start.
+    Friction used is None where a stance foot pulls.
     """
     report = monitors(gait, trace)
     until = report.sound_from
@@ -72,10 +74,10 @@ def perturbed_results(gait: Gait, trace: Trace, size: float, seed: int) -> Json:
         if until == 0
         else {
             "min_normal_force": float(report.normal_forces[:until].min()),
-            "max_friction": float(report.frictions[:until].max()),
+            "max_friction": finite_or_none(float(report.frictions[:until].max())),
         },
         "min_normal_force": report.min_normal_force,
-        "max_friction": report.max_friction,
+        "max_friction": finite_or_none(report.max_friction),
         "max_penetration": report.max_penetration,
     }
 

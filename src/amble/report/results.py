@@ -33,11 +33,19 @@ def reduction_results(comparison: Comparison, motion: str, actuator: str) -> Jso
     return asdict(comparison.reduction("drop", "pinv", motion, actuator))
 
 
+def finite_or_none(value: float) -> float | None:
+    """Return a number for JSON; None for an infinite one, such as the friction that a pulling foot would need."""
+    return value if isfinite(value) else None
+
+
 def contact_results(report: ContactReport) -> Json:
-    """Return the summary of the monitors and the rows outside their bounds; N, m, m/s."""
+    """Return the summary of the monitors and the rows outside their bounds; N, m, m/s.
+
+    Friction used is None where a stance foot pulls: no coefficient holds it.
+    """
     return {
         "min_normal_force": report.min_normal_force,
-        "max_friction": report.max_friction,
+        "max_friction": finite_or_none(report.max_friction),
         "max_penetration": report.max_penetration,
         "max_drift": report.max_drift,
         "max_slip": report.max_slip,
@@ -47,14 +55,14 @@ def contact_results(report: ContactReport) -> Json:
         "sound_from_cycle": report.sound_from,
         "last_cycle": {
             "min_normal_force": float(report.normal_forces[-1]),
-            "max_friction": float(report.frictions[-1]),
+            "max_friction": finite_or_none(float(report.frictions[-1])),
             "max_penetration": float(report.penetrations[-1]),
             "max_drift": float(report.drifts[-1]),
         },
         "violations": {
             worst.row.name: {
-                "value": worst.row.value,
-                "by": worst.row.violation,
+                "value": finite_or_none(worst.row.value),
+                "by": finite_or_none(worst.row.violation),
                 "time": worst.time,
                 "cycle": worst.cycle,
             }

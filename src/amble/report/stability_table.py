@@ -58,8 +58,9 @@ def _perturbed(found: Mapping[str, Any]) -> list[tuple[str, str]]:
     before = found["before_sound"]
     if before is None:
         return rows
+    used = before["max_friction"]  # None where a foot pulled
     return [
         *rows,
-        ("perturbed start, largest friction used before that", number(float(before["max_friction"]))),
+        ("perturbed start, largest friction used before that", "inf" if used is None else number(float(used))),
         ("perturbed start, smallest normal force before that (N)", number(float(before["min_normal_force"]))),
     ]

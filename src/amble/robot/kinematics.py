@@ -75,6 +75,15 @@ def foot_bias(robot: Robot, foot: str, q: Any, v: Any) -> Any:
     return _foot_bias(robot, robot.foot(foot).name)(q, v)
 
 
+def foot_rotation_jacobian(robot: Robot, foot: str, q: Any) -> Any:
+    """Return the Jacobian of the angular velocity of the link that carries a foot, world axes, (3, n_q).
+
+    Raises:
+        UnknownNameError: the robot has no such foot.
+    """
+    return _foot_rotation_jacobian(robot, robot.foot(foot).name)(q)
+
+
 @lru_cache(maxsize=256)
 def _link_pose(robot: Robot, link: int) -> ca.Function:
     q = ca.SX.sym("q", robot.size)
@@ -107,6 +116,21 @@ def _foot_jacobian(robot: Robot, foot: str) -> ca.Function:
         axis = turned @ constant(robot.joints[j].axis)
         jacobian[:, 6 + j] = rotation @ cross(axis, arm - origin)
     return ca.Function("foot_jacobian", [q], [ca.sparsify(jacobian)])
+
+
+@lru_cache(maxsize=256)
+def _foot_rotation_jacobian(robot: Robot, foot: str) -> ca.Function:
+    robot = aligned_joint_frames(robot)
+    q = ca.SX.sym("q", robot.size)
+    rotation, about_roll = base_rotation(q), rotation_about(X, q[3])
+    jacobian = ca.SX(3, robot.size)
+    jacobian[:, 3] = constant(X)
+    jacobian[:, 4] = about_roll @ constant(Y)
+    jacobian[:, 5] = rotation @ constant(Z)
+    poses = link_poses(robot, q)
+    for j in robot.chain(robot.foot(foot).link):
+        jacobian[:, 6 + j] = rotation @ (poses[j + 1][0] @ constant(robot.joints[j].axis))
+    return ca.Function("foot_rotation_jacobian", [q], [ca.sparsify(jacobian)])
 
 
 @lru_cache(maxsize=256)

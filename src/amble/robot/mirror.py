@@ -169,7 +169,7 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
     """Return the largest relative deviation from symmetry and what deviates."""
     generator = np.random.default_rng(0)
     worst = (0.0, "nothing")
-    size = robot.leg_length
+    size = robot.leg_length  # deviations of positions are measured by it
     for pose in [np.zeros(robot.size), *generator.uniform(-1.0, 1.0, (POSES, robot.size))]:
         image = mirrored(pose)
         for name, twin in feet.items():

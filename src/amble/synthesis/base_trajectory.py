@@ -16,9 +16,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.hybrid import GaitPattern, Stance, stance_jacobian
+from amble.hybrid import Contacts, GaitPattern
 from amble.numerics.collocation import HERMITE_SIMPSON
-from amble.robot import Robot, dynamics
+from amble.robot import dynamics
 from amble.types import Matrix, NodeValues, Vector, frozen
 
 Index = NDArray[np.int64]
@@ -34,6 +34,9 @@ SWAY_ACCELERATION = frozen([3.0, 10.0, 1.0, 30.0, 30.0, 30.0])
 FORCE = frozen([0.07, 0.07, 0.3])
 """The same for a contact force, in weights of the robot; little horizontal force, for the sake of friction."""
 
+MOMENT = 0.07
+"""The same for a moment that a contact holds, in weights of the robot times the length of its leg."""
+
 FREE = 1e-3
 """Weight of what is hardly weighed."""
 
@@ -43,9 +46,9 @@ DAMPING = 1e-3
 
 @dataclass(frozen=True)
 class LevelWalk:
-    """A domain of a walk with a level base: its duration, s, and q, v, a at its nodes, (n, n_q)."""
+    """A domain of a walk with a level base: its contacts, its duration, s, and q, v, a at its nodes, (n, n_q)."""
 
-    stance: Stance
+    contacts: Contacts
     duration: float
     q: NodeValues
     v: NodeValues
@@ -54,7 +57,7 @@ class LevelWalk:
 
 @dataclass(frozen=True)
 class _Places:
-    """Where a domain's unknowns stand: s, its two rates, (n, 6) each, and the forces in robot weights, (n, 3 n_c)."""
+    """Where a domain's unknowns stand: s, its two rates, (n, 6) each, and the forces in robot weights, (n, n_f)."""
 
     s: Index
     ds: Index
@@ -63,12 +66,12 @@ class _Places:
 
 
 def base_trajectory(pattern: GaitPattern, walks: Sequence[LevelWalk]) -> tuple[list[NodeValues], list[NodeValues]]:
-    """Return for every domain the motion of the base to add, (n, 6), and the contact forces, (n, 3 n_c), N."""
+    """Return for every domain the motion of the base to add, (n, 6), and the contact forces, (n, n_f), N."""
     from scipy.sparse import bmat, diags, identity
     from scipy.sparse.linalg import spsolve
 
     places, weights, wanted = _unknowns(walks)
-    rows = [_dynamics(pattern.robot, walk, at) for walk, at in zip(walks, places, strict=True)]
+    rows = [_dynamics(walk, at) for walk, at in zip(walks, places, strict=True)]
     rows += [_collocation(walk, at) for walk, at in zip(walks, places, strict=True)]
     rows.append(_continuity(pattern, places))
     matrix, right = _stacked(rows, wanted.size)
@@ -83,35 +86,41 @@ def _unknowns(walks: Sequence[LevelWalk]) -> tuple[list[_Places], Vector, Vector
     """Number the unknowns node by node, with their weights and the values they should be near."""
     places, weights, wanted, offset = [], [], [], 0
     for walk in walks:
-        nodes, contacts = walk.q.shape[0], len(walk.stance.feet)
-        width = 3 * (BASE + contacts)
+        nodes, contacts = walk.q.shape[0], walk.contacts
+        width = 3 * BASE + contacts.size
         index = offset + np.arange(nodes * width).reshape(nodes, width)
         places.append(_Places(*np.split(index, [BASE, 2 * BASE, 3 * BASE], axis=1)))
-        sizes = [SWAY, np.full(BASE, FREE**-0.5), SWAY_ACCELERATION, np.tile(FORCE, contacts)]
+        sizes = [SWAY, np.full(BASE, FREE**-0.5), SWAY_ACCELERATION, _force_sizes(contacts)]
         weights.append(np.tile(np.concatenate(sizes) ** -2.0, nodes))
         wanted.append(np.tile(np.concatenate([np.zeros(3 * BASE), _share(contacts)]), nodes))
         offset += index.size
     return places, np.concatenate(weights), np.concatenate(wanted)
 
 
-def _share(contacts: int) -> Vector:
+def _force_sizes(contacts: Contacts) -> Vector:
+    moments = np.full(len(contacts.contact.moments), MOMENT * contacts.robot.leg_length)
+    return np.tile(np.concatenate([FORCE, moments]), len(contacts.feet))
+
+
+def _share(contacts: Contacts) -> Vector:
     """Vertical forces of equal size that carry the robot, in its weight."""
-    return np.tile([0.0, 0.0, 1.0 / max(contacts, 1)], contacts)
+    count = len(contacts.feet)
+    return np.tile([0.0, 0.0, 1.0 / max(count, 1), *np.zeros(len(contacts.contact.moments))], count)
 
 
 Rows = tuple[Matrix, Index, Vector]
 """Coefficients and the places of their unknowns, (rows, terms) each, and right-hand sides, (rows,)."""
 
 
-def _dynamics(robot: Robot, walk: LevelWalk, at: _Places) -> Rows:
+def _dynamics(walk: LevelWalk, at: _Places) -> Rows:
     """The base rows of D a + h = J^T lambda, in robot weights, linear around the level walk."""
-    feet, nodes, share = walk.stance.feet, walk.q.shape[0], _share(len(walk.stance.feet))
+    robot, nodes, share = walk.contacts.robot, walk.q.shape[0], _share(walk.contacts)
     # shorthand
     q, v, a = (ca.SX.sym(letter, robot.size) for letter in "qva")
     lam, weight = ca.SX.sym("lambda", share.size), robot.mass * robot.gravity
-    r = dynamics.inverse_dynamics(robot, q, v, a)[:BASE] / weight - stance_jacobian(robot, feet, q)[:, :BASE].T @ lam
+    r = dynamics.inverse_dynamics(robot, q, v, a)[:BASE] / weight - walk.contacts.jacobian(q)[:, :BASE].T @ lam
 
-    J = stance_jacobian(robot, robot.foot_names, q)
+    J = Contacts(robot, robot.foot_names).jacobian(q)  # of the points alone
     parts = [r, ca.jacobian(r, q), ca.jacobian(r, a), ca.jacobian(r, lam), J]
     function = ca.Function("balance", [q, v, a, lam], [ca.densify(part) for part in parts]).map(nodes)
     values = function(walk.q.T, walk.v.T, walk.a.T, np.tile(share[:, None], nodes))

@@ -25,8 +25,9 @@ def variable_bounds(problem: GaitProblem, layout: Layout) -> Bounds:
     for number, domain in enumerate(layout.domains):
         _bound_domain(problem, domain, lower, upper)
         if number == 0:
-            # Flat ground is the same everywhere, so the start is put at x = 0; the mirror fixes the lateral place.
-            pinned = [0] if problem.pattern.mirrored else [0, 1]
+            # Ground that is the same everywhere along an axis leaves the place open; a mirror fixes the lateral one.
+            along = problem.pattern.ground.translations
+            pinned = [0] if problem.pattern.mirrored or "y" not in along else [0, 1]
             lower[domain.q[0][pinned]] = upper[domain.q[0][pinned]] = 0.0
     durations = [problem.limits.durations[domain.stance.name] for domain in layout.domains]
     lower[layout.period], upper[layout.period] = sum(d[0] for d in durations), sum(d[1] for d in durations)
@@ -40,7 +41,10 @@ def _bound_domain(
     joints = robot.size - len(robot.joints)
     lower[domain.duration], upper[domain.duration] = limits.durations[domain.stance.name]
     lower[domain.coefficients], upper[domain.coefficients] = -COEFFICIENT_RANGE, COEFFICIENT_RANGE
+    contacts = problem.pattern.contacts(domain.stance)
     for name, (low, high) in limits.positions.items():
+        if name == "z" and not contacts.ground.level:
+            continue  # above the ground under the base: a row of the nodes
         place = domain.q[:, robot.coordinate_names.index(name)]
         lower[place], upper[place] = low, high
     for name, high in limits.speeds.items():
@@ -50,7 +54,10 @@ def _bound_domain(
         place = domain.u[:, robot.joint_names.index(name)]
         lower[place], upper[place] = -(1.0 - MARGIN) * high, (1.0 - MARGIN) * high
     lower[domain.a], upper[domain.a] = -limits.acceleration, limits.acceleration
-    lower[domain.force[:, 2::3]] = limits.normal_force
+    if not contacts.ground.level:
+        return  # the normal force is no variable there
+    for foot in contacts.feet:
+        lower[domain.force[:, contacts.normal_index(foot)]] = limits.normal_force
     if domain.switch.lifting and not domain.switch.landing:
-        normal = 3 * domain.stance.feet.index(domain.switch.lifting[0]) + 2
+        normal = contacts.normal_index(domain.switch.lifting[0])
         lower[domain.force[-1, normal]] = upper[domain.force[-1, normal]] = 0.0

@@ -17,7 +17,6 @@ def gait_problem(
     speed: float,
     law: AllocationLaw | None = None,
     duration: Interval = (0.01, 0.2),
-    friction: float = 0.6,
     normal_force: float = 5.0,
     clearance: float = 0.02,
     intervals: int = 15,
@@ -25,14 +24,13 @@ def gait_problem(
     """Pose the gait problem of a robot of the catalogue.
 
     Args:
-        pattern: the gait pattern.
+        pattern: the gait pattern, with the ground and its friction.
         outputs: the controlled coordinates.
         speed: mean forward velocity, m/s.
         law: the allocation law; by default the pseudo-inverse.
         duration: bounds of the duration of every domain, s.
-        friction: friction coefficient.
         normal_force: smallest normal force of a stance foot, N.
-        clearance: height of a swing foot at the middle of its swing, m.
+        clearance: height of a swing foot above the ground at the middle of its swing, m.
         intervals: collocation intervals in every domain.
 
     Raises:
@@ -52,7 +50,6 @@ def gait_problem(
         torques=dict.fromkeys(robot.joint_names, bounds.torque),
         acceleration=bounds.acceleration,
         touchdown_velocity=bounds.touchdown_velocity,
-        friction=friction,
         normal_force=normal_force,
         clearance=clearance,
     )

@@ -24,10 +24,10 @@ def foot_path(
     has paths that do; a swing foot crosses to its next foothold on a parabola.
 
     Args:
-        pattern: which feet stand when.
+        pattern: which feet stand when, and on what ground.
         durations: solved domain -> duration, s.
         foot: the foot.
-        home: where the foot stands at time 0 in the robot's posture, (3,), m; the ground is at height 0.
+        home: where the foot stands at time 0 in the robot's posture, (3,), m.
         walk: speed of the base, m/s, and height of the parabola, m.
         times: s, from the entry of the first domain.
     """
@@ -37,14 +37,15 @@ def foot_path(
     if spans is None:
         # A foot that never lands hangs in the air; one that never lifts can only drag along.
         path[:, 0] += speed * times
-        path[:, 2] = 0.0 if foot in pattern.stances[0].feet else height
+        lift = 0.0 if foot in pattern.stances[0].feet else height
+        path[:, 2] = pattern.ground.height(path[:, 0], path[:, 1]) + lift
         return path
     landing, stance, cycle = spans
     laps, phase = np.divmod(times - landing + 1e-9 * cycle, cycle)
     progress = np.clip((phase - stance) / (cycle - stance), 0.0, 1.0)
     foothold = landing + 0.5 * stance + laps * cycle
     path[:, 0] += speed * (foothold + cycle * progress**2 * (3.0 - 2.0 * progress))
-    path[:, 2] = height * 4.0 * progress * (1.0 - progress)
+    path[:, 2] = pattern.ground.height(path[:, 0], path[:, 1]) + height * 4.0 * progress * (1.0 - progress)
     return path
 
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from amble.hybrid import stance_jacobian
+from amble.hybrid import Contacts
 from amble.numerics.bezier import evaluate, fit
 from amble.robot import Robot, dynamics, kinematics
 from amble.synthesis.base_trajectory import BASE, LevelWalk, base_trajectory
@@ -44,7 +44,7 @@ def initial_guess(problem: GaitProblem, layout: Layout) -> Vector:
     for domain, base, path in zip(layout.domains, bases, paths, strict=True):
         T = durations[domain.stance.name]
         _, q, v, a = _smooth(problem, domain, T, inverse_kinematics(robot, base, pose[BASE:], path))
-        walks.append(LevelWalk(domain.stance, T, q, v, a))
+        walks.append(LevelWalk(problem.pattern.contacts(domain.stance), T, q, v, a))
     shifts, forces = base_trajectory(problem.pattern, walks)
     for domain, walk, base, path, shift, force in zip(layout.domains, walks, bases, paths, shifts, forces, strict=True):
         motion = inverse_kinematics(robot, base + shift, pose[BASE:], path)
@@ -65,6 +65,7 @@ def _level(
         times = began + T * domain.phases
         base = np.tile(pose[:BASE], (times.size, 1))
         base[:, 0] += problem.speed * times
+        base[:, 2] += pattern.ground.height(base[:, 0], base[:, 1])
         feet = zip(pattern.robot.foot_names, homes, strict=True)
         bases.append(base)
         paths.append(np.hstack([foot_path(pattern, durations, foot, home, walk, times) for foot, home in feet]))
@@ -78,7 +79,10 @@ def middle_durations(problem: GaitProblem) -> dict[str, float]:
 
 
 def grounded_posture(problem: GaitProblem) -> tuple[Vector, Matrix]:
-    """Return the posture inside its bounds, (n_q,), and where its feet are, projected onto the ground, (feet, 3)."""
+    """Return the posture inside its bounds, (n_q,), and where its feet are, projected onto the ground, (feet, 3).
+
+    The base is level, its height that above the ground under it.
+    """
     robot = problem.pattern.robot
     pose = problem.posture.coordinates(robot)
     for name, (low, high) in problem.limits.positions.items():
@@ -86,7 +90,7 @@ def grounded_posture(problem: GaitProblem) -> tuple[Vector, Matrix]:
         edge = INTERIOR * (high - low) if np.isfinite(high - low) else 0.0
         pose[place] = np.clip(pose[place], low + edge, high - edge)
     homes = np.array([np.asarray(kinematics.foot_position(robot, foot, pose)).ravel() for foot in robot.foot_names])
-    homes[:, 2] = 0.0
+    homes[:, 2] = problem.pattern.ground.height(homes[:, 0], homes[:, 1])
     return pose, homes
 
 
@@ -104,7 +108,7 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
     nodes = base.shape[0]
     q = ca.SX.sym("q", robot.size)
     positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names])
-    jacobian = ca.densify(stance_jacobian(robot, robot.foot_names, q))[:, 6:]
+    jacobian = ca.densify(Contacts(robot, robot.foot_names).jacobian(q))[:, 6:]
     function = ca.Function("feet", [q], [positions, jacobian]).map(nodes)
     motion = np.hstack([base, np.tile(joints, (nodes, 1))])
     for _ in range(KINEMATIC_STEPS):
@@ -133,13 +137,14 @@ def _fill(
     guess[domain.coefficients] = curves[output_indices(problem, domain)].ravel(order="F")
     guess[domain.q], guess[domain.v], guess[domain.a] = q, v, a
     guess[domain.force] = force
-    guess[domain.u] = _torques(problem.pattern.robot, domain, guess)
+    guess[domain.u] = _torques(problem.pattern.contacts(domain.stance), domain, guess)
 
 
-def _torques(robot: Robot, domain: DomainLayout, guess: Vector) -> NodeValues:
+def _torques(contacts: Contacts, domain: DomainLayout, guess: Vector) -> NodeValues:
+    robot = contacts.robot
     symbols = [ca.SX.sym(letter, robot.size) for letter in "qva"]
-    lam = ca.SX.sym("lambda", 3 * len(domain.stance.feet))
-    load = dynamics.inverse_dynamics(robot, *symbols) - stance_jacobian(robot, domain.stance.feet, symbols[0]).T @ lam
+    lam = ca.SX.sym("lambda", contacts.size)
+    load = dynamics.inverse_dynamics(robot, *symbols) - contacts.jacobian(symbols[0]).T @ lam
     function = ca.Function("torques", [*symbols, lam], [load[BASE:]]).map(domain.nodes)
     known = (domain.q, domain.v, domain.a, domain.force)
     return np.asarray(function(*(guess[part].T for part in known))).T

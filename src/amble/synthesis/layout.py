@@ -30,10 +30,10 @@ class DomainLayout:
         v: (n, n_q).
         a: (n, n_q).
         u: (n, n_joints).
-        force: (n, 3 n_c).
+        force: (n, n_f).
         duration: (1,).
         coefficients: (n_y (order + 1),), column by column.
-        impulse: (3 n_c of the next stance,), empty without landing.
+        impulse: (n_f of the next stance,), empty without landing.
     """
 
     stance: Stance
@@ -107,7 +107,7 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
         "v": robot.size,
         "a": robot.size,
         "u": len(robot.joints),
-        "force": 3 * len(stance.feet),
+        "force": problem.pattern.contacts(stance).size,
     }
     rows: dict[str, list[Index]] = {kind: [] for kind in sizes}
     duration = counter.take("duration", 1)
@@ -116,7 +116,7 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
     for _ in phases:
         for kind, size in sizes.items():
             rows[kind].append(counter.take(kind, size))
-    impulse = counter.take("impulse", 3 * len(switch.target.feet) if switch.landing else 0)
+    impulse = counter.take("impulse", problem.pattern.contacts(switch.target).size if switch.landing else 0)
     stacked = {kind: np.array(index) for kind, index in rows.items()}
     return DomainLayout(
         stance=stance,

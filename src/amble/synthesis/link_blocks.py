@@ -5,13 +5,14 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from amble.hybrid import stance_jacobian
+from amble.hybrid.contact import AXES
+from amble.hybrid.ground import into_frame
 from amble.names import identifier
 from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
 from amble.synthesis.assembly import Block
 from amble.synthesis.layout import DomainLayout, Layout
-from amble.synthesis.node_block import ProgramParameters, output_indices
+from amble.synthesis.node_block import FORCE_UNIT, ProgramParameters, output_indices
 from amble.synthesis.problem import GaitProblem
 
 NO_COST = ca.SX(1, 1)
@@ -56,7 +57,8 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
 
 def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     """The reset into the next domain: impact, mirror and periodicity, guard, touchdown velocity."""
-    robot = problem.pattern.robot
+    pattern = problem.pattern
+    robot, ground = pattern.robot, pattern.ground
     domain = layout.domains[number]
     last = number == len(layout.domains) - 1
     following = layout.domains[0 if last else number + 1]
@@ -69,22 +71,25 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     mirrored = last and problem.pattern.mirrored
     q_next = robot.mirror.position(qp) if mirrored else qp
     v_next = robot.mirror.position(vp) if mirrored else vp
-    advance = ca.vertcat(parameters.speed * period, ca.SX.zeros(robot.size - 1)) if last else ca.SX.zeros(robot.size)
+    distance = parameters.speed * period if last else ca.SX(0.0)
+    advance = ca.vertcat(*[part * distance for part in ground.translations["x"]], ca.SX.zeros(robot.size - 3))
     continuity = q_next + advance - qm
     names = robot.coordinate_names
     rows, labels, upper = [continuity], [f"continuity {name}" for name in names], [0.0] * robot.size
     lower = [0.0] * robot.size
     if switch.landing:
-        J = stance_jacobian(robot, switch.target.feet, qm)
+        landed = pattern.contacts(switch.target)
+        J = landed.jacobian(qm)
         mass = dynamics.mass_matrix(robot, qm)
         rows += [(mass @ (v_next - vm) - J.T @ impulse), J @ v_next]
         labels += [f"impact {name}" for name in names]
-        labels += [f"impact {foot} {axis}" for foot in switch.target.feet for axis in "xyz"]
+        labels += [f"impact {label}" for label in landed.labels]
         lower += [0.0] * (robot.size + J.shape[0])
         upper += [0.0] * (robot.size + J.shape[0])
         for foot in switch.landing:
-            rows += [kinematics.foot_position(robot, foot, qm)[2], kinematics.foot_jacobian(robot, foot, qm) @ vm]
-            labels += [f"touchdown height {foot}", *(f"touchdown velocity {foot} {axis}" for axis in "xyz")]
+            point, velocity = kinematics.foot_position(robot, foot, qm), kinematics.foot_jacobian(robot, foot, qm) @ vm
+            rows += [ground.gap(point), into_frame(velocity, ground.frame(point))]
+            labels += [f"touchdown height {foot}", *(f"touchdown velocity {foot} {axis}" for axis in AXES)]
             lower += [0.0, *(interval[0] for interval in problem.limits.touchdown_velocity)]
             upper += [0.0, *(interval[1] for interval in problem.limits.touchdown_velocity)]
     else:
@@ -93,9 +98,19 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         lower += [0.0] * robot.size
         upper += [0.0] * robot.size
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
+    force = ca.SX(0, 1)
+    if switch.lifting and not switch.landing and not ground.level:
+        # on level ground the normal force is a variable, whose bounds say the same
+        contacts, foot = pattern.contacts(switch.source), switch.lifting[0]
+        force = ca.SX.sym("force", contacts.size)
+        local = contacts.local(force, contacts.points(qm))[contacts.feet.index(foot)]
+        rows.append(contacts.contact.normal_force(local) / FORCE_UNIT)
+        labels.append(f"lift-off force {foot} (10 N)")
+        lower, upper = [*lower, 0.0], [*upper, 0.0]
+        columns.append(domain.force[-1])
     return Block(
         name=f"switch_{identifier(domain.stance.name)}",
-        variables=ca.vertcat(qm, vm, qp, vp, impulse, period),
+        variables=ca.vertcat(qm, vm, qp, vp, impulse, period, force),
         constants=ca.SX(0, 1),
         parameters=parameters.packed(),
         rows=ca.vertcat(*rows),

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from amble.control import Redundancy, torque_null_space
+from amble.control import Redundancy
 from amble.errors import InputError
-from amble.hybrid import selection, stance_bias, stance_jacobian
+from amble.hybrid import Contacts, selection
 from amble.names import identifier
 from amble.numerics.bezier import bezier
 from amble.numerics.collocation import HERMITE_SIMPSON, node_weights
@@ -46,7 +46,7 @@ class ProgramParameters:
 
 def parameter_values(problem: GaitProblem) -> np.ndarray:
     """Return the values in the order of ``ProgramParameters.packed``."""
-    return np.array([problem.speed, problem.limits.friction])
+    return np.array([problem.speed, problem.pattern.ground.friction])
 
 
 def output_indices(problem: GaitProblem, domain: DomainLayout) -> list[int]:
@@ -57,31 +57,35 @@ def output_indices(problem: GaitProblem, domain: DomainLayout) -> list[int]:
 
 def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Block:
     """Build the rows of all nodes of a domain."""
-    robot, feet = problem.pattern.robot, domain.stance.feet
+    contacts = problem.pattern.contacts(domain.stance)
+    robot, feet, foot = contacts.robot, contacts.feet, contacts.contact
     # shorthand
     q, v, a = (ca.SX.sym(letter, robot.size) for letter in "qva")
-    u, lam = ca.SX.sym("u", len(robot.joints)), ca.SX.sym("lambda", 3 * len(feet))
+    u, lam = ca.SX.sym("u", len(robot.joints)), ca.SX.sym("lambda", contacts.size)
     T, period = ca.SX.sym("T"), ca.SX.sym("period")
     alpha = ca.SX.sym("alpha", len(output_indices(problem, domain)), problem.outputs.order + 1)
     phase, weight = ca.SX.sym("phase"), ca.SX.sym("weight")
     parameters = ProgramParameters.symbols()
 
-    J = stance_jacobian(robot, feet, q)
+    J = contacts.jacobian(q)
     motion = dynamics.inverse_dynamics(robot, q, v, a) - selection(robot) @ u - J.T @ lam
-    contact = J @ a + stance_bias(robot, feet, q, v)
+    contact = J @ a + contacts.bias(q, v)
     outputs = _output_rows(problem, domain, (q, v, a), (alpha, T, phase))
-    law = _law_rows(problem, domain, q, v, u, lam)
-    cones = _friction_rows(len(feet), lam, parameters)
-    swing = [foot for foot in robot.foot_names if foot not in feet]
-    heights = ca.vertcat(*[kinematics.foot_position(robot, foot, q)[2] for foot in swing], ca.SX(0, 1))
+    law = _law_rows(problem, contacts, q, v, u, lam)
+    local = contacts.local(lam, contacts.points(q))
+    cones = ca.vertcat(*[foot.pyramid(f, (1.0 - MARGIN) * parameters.friction) for f in local], ca.SX(0, 1))
+    swing = [name for name in robot.foot_names if name not in feet]
+    gaps = [contacts.ground.gap(kinematics.foot_position(robot, name, q)) for name in swing]
+    tilted, tilted_labels = _tilted_rows(contacts, q, local)
     coordinates = problem.outputs.of(domain.stance.name).coordinates
     labels = (
         [f"dynamics {name} (10 N)" for name in robot.coordinate_names]
-        + [f"contact {foot} {axis}" for foot in feet for axis in "xyz"]
+        + [f"contact {label}" for label in contacts.labels]
         + [f"output {kind}{name}" for kind in ("", RATE, ACCELERATION) for name in coordinates]
         + [f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])]
-        + [f"friction {foot} {side} (10 N)" for foot in feet for side in ("+x", "-x", "+y", "-y")]
-        + [f"height {foot}" for foot in swing]
+        + [f"friction {name} {side} (10 N)" for name in feet for side in foot.sides]
+        + [f"height {name}" for name in swing]
+        + tilted_labels
     )
     equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
     lower, upper = _bounds(problem, domain, equalities, swing)
@@ -93,7 +97,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
         variables=variables,
         constants=ca.vertcat(phase, weight),
         parameters=parameters.packed(),
-        rows=ca.vertcat(motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, heights),
+        rows=ca.vertcat(motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, *gaps, *tilted),
         cost=weight * T / period * ca.sumsqr(u),  # mean squared torque with the scheme's own quadrature weights
         labels=tuple(labels),
         columns=columns,
@@ -120,16 +124,16 @@ def _output_rows(
     return ca.vertcat(q - value, v - slope / T, (a - curvature / T**2) / ACCELERATION_UNIT)
 
 
-def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX) -> ca.SX:
+def _law_rows(problem: GaitProblem, contacts: Contacts, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX) -> ca.SX:
     """Rows of the allocation law, built on the same torque_basis space as the controller's."""
-    robot, feet = problem.pattern.robot, domain.stance.feet
-    torque_basis, force_basis = torque_null_space(robot, feet, q)
+    robot = contacts.robot
+    torque_basis, force_basis = contacts.torque_null_space(q)
     speeds = v[robot.size - len(robot.joints) :]
     return ca.densify(
         problem.law.optimality_conditions(
             Redundancy(
-                robot=robot,
-                feet=feet,
+                contacts=contacts,
+                points=contacts.points(q),
                 torques=u,
                 torque_basis=torque_basis,
                 forces=lam,
@@ -140,14 +144,13 @@ def _law_rows(problem: GaitProblem, domain: DomainLayout, q: ca.SX, v: ca.SX, u:
     )
 
 
-def _friction_rows(feet: int, lam: ca.SX, parameters: ProgramParameters) -> ca.SX:
-    """The pyramid inside the friction cone, less the margin: mu / sqrt(2) f_z -+ f_x >= 0, and the same for y."""
-    inner = (1.0 - MARGIN) * parameters.friction / np.sqrt(2.0)
-    rows = []
-    for foot in range(feet):
-        fx, fy, fz = lam[3 * foot], lam[3 * foot + 1], lam[3 * foot + 2]
-        rows += [inner * fz - fx, inner * fz + fx, inner * fz - fy, inner * fz + fy]
-    return ca.vertcat(*rows, ca.SX(0, 1))
+def _tilted_rows(contacts: Contacts, q: ca.SX, local: list[ca.SX]) -> tuple[list[ca.SX], list[str]]:
+    """What bounds of variables say on level ground: normal force of every stance foot, height of the base."""
+    if contacts.ground.level:
+        return [], []
+    forces = [contacts.contact.normal_force(f) / FORCE_UNIT for f in local]
+    base = q[2] - contacts.ground.height(q[0], q[1])
+    return [*forces, base], [*(f"normal force {foot} (10 N)" for foot in contacts.feet), "base above the ground"]
 
 
 def _bounds(
@@ -158,8 +161,11 @@ def _bounds(
     The curve, clearance (4 s (1 - s))^2, begins and ends flat: a foot at rest cannot follow a slope at once, so below
     a parabola the first node would ask for accelerations that grow with the number of nodes.
     """
-    cones = 4 * len(domain.stance.feet)
-    lower = np.zeros((domain.nodes, equalities + cones + len(swing)))
+    contacts = problem.pattern.contacts(domain.stance)
+    sides = len(contacts.contact.sides)
+    cones, tilted = sides * len(contacts.feet), not contacts.ground.level
+    normal = equalities + cones + len(swing)
+    lower = np.zeros((domain.nodes, normal + (len(contacts.feet) + 1 if tilted else 0)))
     upper = np.zeros_like(lower)
     upper[:, equalities:] = np.inf
     for row, foot in enumerate(swing, start=equalities + cones):
@@ -169,10 +175,15 @@ def _bounds(
         # At lift-off the foot is on the ground by continuity and at touchdown by the guard: a row there would repeat.
         lower[progress < 1e-9, row] = -np.inf
         lower[progress > 1.0 - 1e-9, row] = -np.inf
+    if tilted:
+        lower[:, normal:-1] = problem.limits.normal_force / FORCE_UNIT
+        lower[:, -1], upper[:, -1] = problem.limits.positions.get("z", (-np.inf, np.inf))
     if domain.switch.lifting and not domain.switch.landing:
-        # The force of the lifting foot ends at the tip of its cone, where the four rows meet.
+        # The force of the lifting foot ends at the tip of its cone, where all rows meet.
         place = domain.stance.feet.index(domain.switch.lifting[0])
-        lower[-1, equalities + 4 * place : equalities + 4 * place + 4] = -np.inf
+        lower[-1, equalities + sides * place : equalities + sides * (place + 1)] = -np.inf
+        if tilted:
+            lower[-1, normal + place] = -np.inf  # zero by a row of the switch
     return lower, upper
 
 

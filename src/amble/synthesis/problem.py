@@ -20,7 +20,7 @@ class GaitProblem:
         pattern: the cyclic table of stances.
         outputs: controlled coordinates and Bezier order.
         law: the allocation law, obeyed at every node.
-        speed: required mean forward velocity, m/s.
+        speed: required mean velocity along the world's x axis, m/s; on a slope the robot also climbs.
         limits: bounds of the motion and the contacts.
         posture: where the solver starts: base height and joint angles.
         intervals: Hermite-Simpson intervals in every domain.
@@ -44,6 +44,9 @@ class GaitProblem:
             raise InputError(f"{self.intervals} intervals a domain are too few; at least 2 are needed")
         if not all(gain > 0.0 for gain in self.gains):
             raise InputError(f"the output gains are {self.gains}; both must be positive")
+        if "x" not in self.pattern.ground.translations:
+            name = self.pattern.ground.name
+            raise InputError(f"a periodic gait needs ground that stays the same along x; ground '{name}' does not")
         robot, limits = self.pattern.robot, self.limits
         _known("domain", limits.durations, [stance.name for stance in self.pattern.solved])
         for stance in self.pattern.solved:

@@ -126,7 +126,7 @@ def variable_names(program: GaitProgram) -> tuple[str, ...]:
     for domain in program.layout.domains:
         labels = {kind: [words[kind] + name for name in kinds[kind]] for kind in kinds}
         labels["u"] = [f"torque {name}" for name in robot.joint_names]
-        labels["force"] = [f"force {foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
+        labels["force"] = [f"force {label}" for label in program.problem.pattern.contacts(domain.stance).labels]
         for kind, texts in labels.items():
             for node, places in enumerate(getattr(domain, kind)):
                 for place, text in zip(places, texts, strict=True):

@@ -90,7 +90,7 @@ class LawSection(Section):
 
 
 class TouchdownSection(Section):
-    """Velocity of a landing foot just before the impact, world frame."""
+    """Velocity of a landing foot just before the impact: along the ground's tangents and its normal."""
 
     x: SpeedRange
     y: SpeedRange
@@ -98,7 +98,7 @@ class TouchdownSection(Section):
 
 
 class BaseSection(Section):
-    """Ranges of the base coordinates."""
+    """Ranges of the base coordinates; z above the ground under the base."""
 
     z: LengthRange | None = None
     roll: AngleRange | None = None
@@ -111,7 +111,6 @@ class LimitsSection(Section):
 
     clearance: Length
     normal_force: Force
-    friction: Ratio = 0.6
     duration: TimeRange | None = None
     durations: dict[str, TimeRange] = {}
     torque: Torque | None = None
@@ -122,6 +121,23 @@ class LimitsSection(Section):
     base: BaseSection = BaseSection()
     joints: dict[str, AngleRange] = {}
     touchdown_velocity: TouchdownSection | None = None
+
+
+class GroundSection(Section):
+    """Friction and, for a plane, its slope and the direction in which it rises; or a registered ground by ``name``."""
+
+    friction: Ratio = 0.6
+    slope: Angle = 0.0
+    heading: Angle = 0.0
+    name: str = "plane"
+    parameters: dict[str, Any] = {}
+
+
+class ContactSection(Section):
+    """What a foot on the ground is, by the name of a registered contact, with its parameters."""
+
+    name: str = "point"
+    parameters: dict[str, Any] = {}
 
 
 class PostureSection(Section):
@@ -146,6 +162,8 @@ class Specification(Section):
     robot: RobotSection
     gait: GaitSection
     limits: LimitsSection
+    ground: GroundSection = GroundSection()
+    contact: ContactSection = ContactSection()
     outputs: OutputsSection = OutputsSection()
     law: LawSection = LawSection()
     posture: PostureSection | None = None

@@ -5,21 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from amble.control.laws import law_for
 from amble.control.outputs import joint_outputs
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Limits
 from amble.gait.limits import Interval
-from amble.hybrid import GaitPattern, gait_pattern
+from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue, load_robot
 from amble.robot.catalogue import GaitBounds, Posture
 from amble.synthesis.problem import GaitProblem
 
 if TYPE_CHECKING:
-    from amble.synthesis.specification import GaitSection, LimitsSection, RobotSection, Specification
+    from amble.synthesis.specification import GaitSection, GroundSection, LimitsSection, RobotSection, Specification
 
 Value = TypeVar("Value")
 
@@ -37,7 +37,8 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     """
     robot = _robot(specification.robot, Path(folder))
     known = catalogue.entry(specification.robot.name) if specification.robot.name else None
-    pattern = _pattern(specification.gait, robot)
+    contact = CONTACTS.build(specification.contact.name, specification.contact.parameters)
+    pattern = _pattern(specification.gait, robot, _ground(specification.ground), contact)
     outputs = specification.outputs
     return GaitProblem(
         pattern=pattern,
@@ -65,16 +66,28 @@ def _robot(section: RobotSection, folder: Path) -> Robot:
     return load_robot(folder / str(section.file), section.feet, section.gravity, twins=twins)
 
 
-def _pattern(section: GaitSection, robot: Robot) -> GaitPattern:
+def _ground(section: GroundSection) -> Ground:
+    given = section.model_fields_set
+    parameters: dict[str, Any] = {"friction": section.friction}
+    if section.name == "plane":
+        if "parameters" in given:
+            raise InputError("[ground] of a plane takes slope and heading, no parameters")
+        parameters |= {"slope": section.slope, "heading": section.heading}
+    elif given & {"slope", "heading"}:
+        raise InputError(f"[ground] of the name '{section.name}' takes no slope or heading; they belong to a plane")
+    return GROUNDS.build(section.name, {**parameters, **section.parameters})
+
+
+def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contact) -> GaitPattern:
     if (section.name is None) == (section.stances is None):
         raise InputError("[gait] needs either the name of a gait or a table of stances")
     if section.stances is not None:
-        return gait_pattern(robot, section.stances, section.mirrored)
+        return gait_pattern(robot, section.stances, section.mirrored, ground=ground, contact=contact)
     if "mirrored" in section.model_fields_set:
         raise InputError("[gait] with a name takes no 'mirrored'; the gait knows that itself")
     if section.name not in GAITS:
         raise UnknownNameError("gait", str(section.name), GAITS)
-    return GAITS[section.name](robot)
+    return GAITS[section.name](robot, ground, contact)
 
 
 def _limits(section: LimitsSection, pattern: GaitPattern, bounds: GaitBounds | None) -> Limits:
@@ -90,7 +103,6 @@ def _limits(section: LimitsSection, pattern: GaitPattern, bounds: GaitBounds | N
             "limits.acceleration", section.acceleration, None if bounds is None else bounds.acceleration
         ),
         touchdown_velocity=_touchdown(section, bounds),
-        friction=section.friction,
         normal_force=section.normal_force,
         clearance=section.clearance,
     )

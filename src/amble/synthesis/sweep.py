@@ -41,7 +41,7 @@ class Outcome:
 
 
 def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterations: int = 200) -> Iterator[Outcome]:
-    """Solve problems that differ in speed, friction and limits only, one after the other.
+    """Solve problems that differ in speed, ground and limits only, one after the other.
 
     Order them so that neighbours are alike. What does not converge from the last solution is tried once more from a
     walk of its own; what fails then is reported, and the next problem starts from the last solution that there is.

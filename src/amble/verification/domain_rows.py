@@ -9,7 +9,8 @@ import numpy as np
 from amble.control.outputs import selection_matrix
 from amble.errors import WorkError
 from amble.gait.record import DomainTrajectory, Gait
-from amble.hybrid import Stance, Switch
+from amble.hybrid import Contacts, Stance, Switch
+from amble.hybrid.contact import AXES
 from amble.types import IntegerVector, Matrix, Vector
 from amble.verification.findings import Finding, residuals
 from amble.verification.interpolation import fine_grid, interpolated
@@ -24,6 +25,7 @@ class SampledDomain:
     Attributes:
         gait: the gait.
         trajectory: the recorded motion.
+        contacts: the stance feet on the ground.
         stance: the stance.
         switch: the switch that ends it.
         loop: the output dynamics.
@@ -37,6 +39,7 @@ class SampledDomain:
 
     gait: Gait
     trajectory: DomainTrajectory
+    contacts: Contacts
     stance: Stance
     switch: Switch
     loop: OutputDynamics
@@ -60,13 +63,15 @@ def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
     loop = OutputDynamics(weights, weights.T @ trajectory.coefficients, trajectory.duration, gait.gains)
     times = fine_grid(trajectory.times, grid)
     q, v = interpolated(trajectory, times)
-    at = terms(gait.robot, stance.feet, q, v)
+    contacts = gait.pattern.contacts(stance)
+    at = terms(contacts, q, v)
     motion = allocated(at, loop.solve(at, times, q, v), gait.law)
     nodes = np.arange(len(trajectory.times), dtype=np.int64) * grid
     switch = gait.pattern.switches[number]
     return SampledDomain(
         gait=gait,
         trajectory=trajectory,
+        contacts=contacts,
         stance=stance,
         switch=switch,
         loop=loop,
@@ -106,7 +111,7 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
     """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible."""
     robot, times = domain.gait.robot, domain.times
     try:
-        q, v = integrate(robot, domain.stance.feet, domain.loop, domain.positions[0], domain.velocities[0], times)
+        q, v = integrate(domain.contacts, domain.loop, domain.positions[0], domain.velocities[0], times)
     except WorkError:
         q = v = np.full_like(domain.positions, np.nan)
     names = [f"{domain.name} motion {name}" for name in robot.coordinate_names]
@@ -121,12 +126,11 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
 def _nodes(domain: SampledDomain, tolerance: float) -> list[Finding]:
     """Recorded accelerations, torques and forces against the closed loop's."""
     robot, trajectory, nodes = domain.gait.robot, domain.trajectory, domain.nodes
-    forces = [f"{foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
     found: list[Finding] = []
     for kind, labels, recorded, solved in (
         ("acceleration", robot.coordinate_names, trajectory.accelerations, domain.motion.accelerations),
         ("torque", robot.joint_names, trajectory.torques, domain.motion.torques),
-        ("force", forces, trajectory.forces, domain.motion.forces),
+        ("force", domain.contacts.labels, trajectory.forces, domain.motion.forces),
     ):
         names = [f"{domain.name} {kind} {label}" for label in labels]
         found += residuals(kind, names, recorded - solved[nodes], trajectory.times, tolerance, size_of(recorded))
@@ -148,19 +152,19 @@ def _dynamics(domain: SampledDomain, tolerance: float) -> list[Finding]:
 
 
 def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
-    """Stance feet: height above the ground, drift from where they stood at the entry, velocity, acceleration."""
+    """Stance feet: gap to the ground, drift from where they stood at the entry, velocity, acceleration."""
     at, trajectory, nodes, times = domain.terms, domain.trajectory, domain.nodes, domain.times
     found: list[Finding] = []
     for foot in domain.stance.feet:
         columns = at.foot(foot)
         place, rate = at.positions[:, columns], at.rates[:, columns]
-        drift, velocity = ([f"{domain.name} {what} {foot} {a}" for a in "xyz"] for what in ("drift", "velocity"))
-        found += residuals("contact", [f"{domain.name} ground {foot}"], place[:1, 2:], times[:1], tolerance)
+        drift, velocity = ([f"{domain.name} {what} {foot} {a}" for a in AXES] for what in ("drift", "velocity"))
+        found += residuals("contact", [f"{domain.name} ground {foot}"], at.gap(foot)[:1], times[:1], tolerance)
         found += residuals("contact", drift, place - place[0], times, tolerance)
         scale = size_of(trajectory.velocities)
         found += residuals("contact", velocity, rate, times, tolerance, scale)
     acceleration = np.einsum("pij,pj->pi", at.jacobian[nodes], trajectory.accelerations) + at.contact_bias[nodes]
-    names = [f"{domain.name} acceleration of foot {foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
+    names = [f"{domain.name} acceleration of foot {label}" for label in domain.contacts.labels]
     scale = size_of(trajectory.accelerations)
     return found + residuals("contact", names, acceleration, trajectory.times, tolerance, scale)
 
@@ -185,7 +189,7 @@ def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
 def _law(domain: SampledDomain, tolerance: float) -> list[Finding]:
     """Rows of the allocation law of the recorded torques, with orthonormal internal forces."""
     gait, trajectory, nodes = domain.gait, domain.trajectory, domain.nodes
-    at = terms(gait.robot, domain.stance.feet, domain.positions[nodes], domain.velocities[nodes])
+    at = terms(domain.contacts, domain.positions[nodes], domain.velocities[nodes])
     values = law_residuals(at, trajectory.torques, trajectory.forces, gait.law)
     names = [f"{domain.name} law {gait.law.name} {row}" for row in range(values.shape[1])]
     return residuals("law", names, values, trajectory.times, tolerance, size_of(trajectory.torques))

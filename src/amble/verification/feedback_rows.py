@@ -25,27 +25,29 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Finding]:
         found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
+    forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
     names = gait.robot.coordinate_names
     rows = [f"feedback returns {name}" for name in names] + [f"feedback returns rate of {name}" for name in names]
     missed = state - start
+    for place, along in enumerate(gait.pattern.ground.translations.values()):
+        if place < forward:
+            missed[:3] -= missed[place] * along
     missed[size:] /= 1.0 + np.max(np.abs(start[size:]))
-    forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
     kept = [place for place in range(2 * size) if place >= forward]
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)
 
 
 def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, Vector]:
     """Flow through one domain and its reset; return the new state and the guard at the end."""
-    robot, name, size = gait.robot, switch.source.name, gait.robot.size
+    name, size, contacts = switch.source.name, gait.robot.size, gait.pattern.contacts(switch.source)
     duration = feedback.durations[name]
     loop = OutputDynamics(feedback.weights[name], feedback.references[name], duration, gait.gains)
     times = np.array([0.0, duration])
-    q, v = integrate(robot, switch.source.feet, loop, state[:size], state[size:], times)
+    q, v = integrate(contacts, loop, state[:size], state[size:], times)
     if switch.landing:
-        at = terms(robot, switch.target.feet, q[-1:], v[-1:])
-        guard = at.positions[0, at.foot(switch.landing[0])][2:]
-        return np.concatenate([q[-1], plastic(at)[0]]), guard
-    at = terms(robot, switch.source.feet, q[-1:], v[-1:])
+        at = terms(gait.pattern.contacts(switch.target), q[-1:], v[-1:])
+        return np.concatenate([q[-1], plastic(at)[0]]), at.gap(switch.landing[0])
+    at = terms(contacts, q[-1:], v[-1:])
     motion = smallest_torques(at, loop.weights, loop.commanded(times[-1:], q[-1:], v[-1:]))
-    place = 3 * switch.source.feet.index(switch.lifting[0]) + 2
-    return np.concatenate([q[-1], v[-1]]), motion.forces[0, place : place + 1]
+    force = contacts.contact.normal_force(at.local_force(switch.lifting[0], motion.forces))
+    return np.concatenate([q[-1], v[-1]]), force

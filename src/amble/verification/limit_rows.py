@@ -29,18 +29,18 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
 
 def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
     """Normal force and the true friction cone of every stance foot; a foot that lifts ends at the cone's tip."""
-    limits, found = domain.gait.limits, []
+    limits, contact, friction = domain.gait.limits, domain.contacts.contact, domain.contacts.ground.friction
+    found = []
     lifting = domain.switch.lifting[:1] if not domain.switch.landing else ()
-    for number, foot in enumerate(domain.stance.feet):
+    for foot in domain.stance.feet:
         inside = slice(None, -1) if foot in lifting else slice(None)
-        times, force = domain.times[inside], domain.motion.forces[inside, 3 * number : 3 * number + 3]
-        normal, tangential = force[:, 2], np.hypot(force[:, 0], force[:, 1])
-        used = np.where(normal > 0.0, tangential / np.where(normal > 0.0, normal, 1.0), np.inf)
+        times, force = domain.times[inside], domain.terms.local_force(foot, domain.motion.forces)[inside]
+        normal, used = contact.normal_force(force), contact.friction_used(force)
         least = 0.0 if foot in lifting else limits.normal_force
-        bounds, most = (least, np.inf), (0.0, limits.friction)
+        bounds, most = (least, np.inf), (0.0, friction)
         found += [
             limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (1.0 + least)),
-            limit("friction", f"{domain.name} friction {foot}", used, times, most, slack * limits.friction),
+            limit("friction", f"{domain.name} friction {foot}", used, times, most, slack * friction),
         ]
     return found
 
@@ -51,7 +51,7 @@ def _swing(domain: SampledDomain, tolerance: float, slack: float) -> list[Findin
     for foot in domain.gait.robot.foot_names:
         if foot in domain.stance.feet:
             continue
-        height = domain.terms.positions[:, domain.terms.foot(foot)][:, 2]
+        height = domain.terms.gap(foot)
         name = f"{domain.name} height {foot}"
         found.append(limit("penetration", name, height, times, (0.0, np.inf), tolerance))
         middle = middle_of_swing(domain, foot)
@@ -77,9 +77,11 @@ def middle_of_swing(domain: SampledDomain, foot: str) -> float:
 
 
 def _positions(domain: SampledDomain, slack: float) -> list[Finding]:
-    robot, found = domain.gait.robot, []
+    robot, ground, found = domain.gait.robot, domain.contacts.ground, []
     for name, bounds in domain.gait.limits.positions.items():
         values = domain.positions[:, robot.coordinate_index(name)]
+        if name == "z":
+            values = values - ground.height(domain.positions[:, 0], domain.positions[:, 1])
         found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, slack))
     return found
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from amble.errors import WorkError
+from amble.hybrid import Contacts
 from amble.numerics.bezier import evaluate
-from amble.robot import Robot
 from amble.types import Matrix, Vector
 from amble.verification.stance_model import Motion, Terms, smallest_torques, terms
 
@@ -54,9 +53,7 @@ class OutputDynamics:
         return smallest_torques(at, self.weights, self.commanded(times, q, v))
 
 
-def integrate(
-    robot: Robot, feet: Sequence[str], loop: OutputDynamics, q: Vector, v: Vector, times: Vector
-) -> tuple[Matrix, Matrix]:
+def integrate(contacts: Contacts, loop: OutputDynamics, q: Vector, v: Vector, times: Vector) -> tuple[Matrix, Matrix]:
     """Integrate the closed loop from (q, v) at the first time; return q and v at all times, (points, n_q) each.
 
     The allocation law does not matter: it does not change the acceleration (docs/theory/allocation.md, eq. 6).
@@ -66,17 +63,17 @@ def integrate(
     """
     from scipy.integrate import solve_ivp
 
-    size = robot.size
+    size = contacts.robot.size
 
     def rate(t: float, x: Vector) -> Vector:
         q, v = x[None, :size], x[None, size:]
-        motion = loop.solve(terms(robot, feet, q, v), np.array([t]), q, v)
+        motion = loop.solve(terms(contacts, q, v), np.array([t]), q, v)
         return np.concatenate([v[0], motion.accelerations[0]])
 
     accuracy = {"rtol": INTEGRATION_TOLERANCE, "atol": INTEGRATION_TOLERANCE}
     start = np.concatenate([q, v])
     done = solve_ivp(rate, (times[0], times[-1]), start, method="DOP853", t_eval=times, **accuracy)
     if not done.success:
-        raise WorkError(f"the motion of stance {', '.join(feet)} cannot be integrated: {done.message}")
+        raise WorkError(f"the motion of stance {', '.join(contacts.feet)} cannot be integrated: {done.message}")
     states = done.y.T
     return states[:, :size], states[:, size:]

@@ -6,7 +6,6 @@ form of internal forces. What the gait problem and the controller compute by tho
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -16,14 +15,14 @@ from numpy.typing import NDArray
 
 from amble.control import AllocationLaw, Redundancy
 from amble.errors import WorkError
-from amble.robot import Robot, dynamics, kinematics
-from amble.types import Matrix
+from amble.hybrid import Contacts
+from amble.hybrid.contact import AXES
+from amble.hybrid.ground import into_frame
+from amble.robot import dynamics
+from amble.types import Matrix, Vector
 
 Stack = NDArray[np.float64]
 """(points, rows, columns): a matrix at every point."""
-
-INTERNAL = {0: 0, 1: 0, 2: 1, 3: 3, 4: 6}
-"""Number of stance feet -> directions of internal force (docs/theory/hybrid-model.md, eq. 10)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,19 +30,17 @@ class Terms:
     """The terms of D a + h = B u + J^T lambda and J a + Jdot v = 0 at many states.
 
     Attributes:
-        robot: the robot.
-        feet: the stance feet, in the robot's foot order.
+        contacts: the stance feet on the ground, with the robot.
         velocities: v, (points, n_q).
         mass: D, (points, n_q, n_q).
         bias: h, (points, n_q).
-        jacobian: J of the stance feet, (points, 3 n_c, n_q).
-        contact_bias: Jdot v, (points, 3 n_c).
+        jacobian: J of the stance feet, (points, n_f, n_q).
+        contact_bias: Jdot v, (points, n_f).
         positions: of all feet, world frame, (points, 3 n_feet), m.
         rates: velocities of all feet, world frame, (points, 3 n_feet), m/s.
     """
 
-    robot: Robot
-    feet: tuple[str, ...]
+    contacts: Contacts
     velocities: Matrix
     mass: Stack
     bias: Matrix
@@ -54,8 +51,8 @@ class Terms:
 
     @cached_property
     def force_basis(self) -> Stack:
-        """Contact forces with zero net force and moment on the base, orthonormal, (points, 3 n_c, k)."""
-        count = INTERNAL[len(self.feet)]
+        """Contact forces with zero net force and moment on the base, orthonormal, (points, n_f, k)."""
+        count = self.contacts.free_directions
         grasp = np.swapaxes(self.jacobian[:, :, :6], 1, 2)  # base rows of J^T
         right = np.linalg.svd(grasp, full_matrices=True)[2]
         return np.swapaxes(right[:, right.shape[1] - count :, :], 1, 2)
@@ -67,49 +64,66 @@ class Terms:
 
     def foot(self, name: str) -> slice:
         """Columns of a foot in ``positions`` and ``rates``."""
-        place = 3 * self.robot.foot_names.index(name)
+        place = 3 * self.contacts.robot.foot_names.index(name)
         return slice(place, place + 3)
+
+    def gap(self, name: str) -> Vector:
+        """Signed distance of a foot from the ground along its normal, (points,), m."""
+        gap: Vector = self.contacts.ground.gap(self.positions[:, self.foot(name)])
+        return gap
+
+    def local_velocity(self, name: str) -> Matrix:
+        """Velocity of a foot along the ground's two tangents and its normal there, (points, 3), m/s."""
+        columns = self.foot(name)
+        velocity: Matrix = into_frame(self.rates[:, columns], self.contacts.ground.frame(self.positions[:, columns]))
+        return velocity
+
+    def local_force(self, name: str, forces: Matrix) -> Matrix:
+        """Contact force of a stance foot in the ground's frame there, (points, size), of all, (points, n_f)."""
+        frame = self.contacts.ground.frame(self.positions[:, self.foot(name)])
+        local: Matrix = self.contacts.contact.local(forces[:, self.contacts.slice(name)], frame)
+        return local
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Accelerations, torques and contact forces at many states: (points, n_q), (points, n_joints), (points, 3 n_c)."""
+    """Accelerations, torques and contact forces at many states: (points, n_q), (points, n_joints), (points, n_f)."""
 
     accelerations: Matrix
     torques: Matrix
     forces: Matrix
 
 
-def terms(robot: Robot, feet: Sequence[str], q: Matrix, v: Matrix) -> Terms:
+def terms(contacts: Contacts, q: Matrix, v: Matrix) -> Terms:
     """Evaluate all terms at states (q, v), (points, n_q) each."""
-    points, size, feet_size = len(q), robot.size, 3 * len(robot.feet)
-    values = _terms(robot).map(points)(q.T, v.T)
+    points, size, all_feet = len(q), contacts.robot.size, contacts.every_foot
+    values = _terms(all_feet).map(points)(q.T, v.T)
     mass, bias, jacobian, contact_bias, positions = (np.asarray(value) for value in values)
-    rows = [3 * robot.foot_names.index(foot) + axis for foot in feet for axis in range(3)]
-    stacked = jacobian.reshape(feet_size, points, size).transpose(1, 0, 2)
+    rows = contacts.columns
+    stacked = jacobian.reshape(all_feet.size, points, size).transpose(1, 0, 2)
+    translation = [all_feet.slice(foot).start + axis for foot in all_feet.feet for axis in range(len(AXES))]
     return Terms(
-        robot=robot,
-        feet=tuple(feet),
+        contacts=contacts,
         velocities=v,
         mass=mass.reshape(size, points, size).transpose(1, 0, 2),
         bias=bias.T,
         jacobian=stacked[:, rows],
         contact_bias=contact_bias.T[:, rows],
         positions=positions.T,
-        rates=np.einsum("pij,pj->pi", stacked, v),
+        rates=np.einsum("pij,pj->pi", stacked[:, translation], v),
     )
 
 
 @lru_cache(maxsize=16)
-def _terms(robot: Robot) -> ca.Function:
+def _terms(contacts: Contacts) -> ca.Function:
+    robot = contacts.robot
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
-    names = robot.foot_names
     parts = [
         dynamics.mass_matrix(robot, q),
         dynamics.bias(robot, q, v),
-        ca.vertcat(*[kinematics.foot_jacobian(robot, name, q) for name in names]),
-        ca.vertcat(*[kinematics.foot_bias(robot, name, q, v) for name in names]),
-        ca.vertcat(*[kinematics.foot_position(robot, name, q) for name in names]),
+        contacts.jacobian(q),
+        contacts.bias(q, v),
+        contacts.points(q),
     ]
     return ca.Function("terms", [q, v], [ca.densify(part) for part in parts], {"cse": True})
 
@@ -143,7 +157,8 @@ def smallest_torques(at: Terms, weights: Matrix, commanded: Matrix) -> Motion:
     try:
         solution = np.linalg.solve(system, right[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:
-        raise WorkError(f"the outputs of stance {', '.join(at.feet)} lose their rank along the motion") from None
+        feet = ", ".join(at.contacts.feet)
+        raise WorkError(f"the outputs of stance {feet} lose their rank along the motion") from None
     return Motion(solution[:, :n], solution[:, n : n + m], solution[:, n + m :])
 
 
@@ -165,20 +180,28 @@ def law_residuals(at: Terms, torques: Matrix, forces: Matrix, law: AllocationLaw
 def _through_law(at: Terms, motion: Motion, law: AllocationLaw, method: str) -> Matrix:
     """Evaluate ``law.allocate`` or ``law.optimality_conditions`` at numbers."""
     points, joints, k = at.torque_basis.shape
-    contacts = at.force_basis.shape[1]
+    contacts, robot = at.contacts, at.contacts.robot
     standing = ca.DM(joints, k)  # only torques of stance legs can change; a law may read that from the pattern of N
-    standing[[at.robot.joint_index(joint) for foot in at.feet for joint in at.robot.legs[foot]], :] = 1.0
+    standing[[robot.joint_index(joint) for foot in contacts.feet for joint in robot.legs[foot]], :] = 1.0
     u, N = ca.SX.sym("u", joints), ca.SX.sym("N", standing.sparsity())
-    lam, W, speeds = ca.SX.sym("lambda", contacts), ca.SX.sym("W", contacts, k), ca.SX.sym("speeds", joints)
+    lam, W, speeds = ca.SX.sym("lambda", contacts.size), ca.SX.sym("W", contacts.size, k), ca.SX.sym("speeds", joints)
+    places = ca.SX.sym("p", len(AXES) * len(contacts.feet))
     redundancy = Redundancy(
-        robot=at.robot, feet=at.feet, torques=u, torque_basis=N, forces=lam, force_basis=W, speeds=speeds
+        contacts=contacts,
+        points=places,
+        torques=u,
+        torque_basis=N,
+        forces=lam,
+        force_basis=W,
+        speeds=speeds,
     )
-    function = ca.Function("law", [u, N, lam, W, speeds], [ca.densify(getattr(law, method)(redundancy))])
+    function = ca.Function("law", [u, N, lam, W, speeds, places], [ca.densify(getattr(law, method)(redundancy))])
     values = function.map(points)(
         motion.torques.T,
         at.torque_basis.transpose(1, 0, 2).reshape(joints, points * k),
         motion.forces.T,
-        at.force_basis.transpose(1, 0, 2).reshape(contacts, points * k),
+        at.force_basis.transpose(1, 0, 2).reshape(contacts.size, points * k),
         at.velocities[:, 6:].T,
+        np.hstack([at.positions[:, at.foot(foot)] for foot in contacts.feet]).T,
     )
     return np.asarray(values).T.reshape(points, -1)

@@ -6,6 +6,7 @@ import numpy as np
 
 from amble.errors import WorkError
 from amble.gait.record import Gait
+from amble.hybrid.contact import AXES
 from amble.types import Matrix, Vector
 from amble.verification.domain_rows import SampledDomain, size_of
 from amble.verification.findings import Finding, limit, residuals
@@ -30,8 +31,7 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Finding]:
     limits, end = domain.gait.limits, domain.times[-1:]
     found: list[Finding] = []
     for foot in switch.landing:
-        columns = at.foot(foot)
-        height, velocity = at.positions[:, columns][:, 2], at.rates[-1:, columns]
+        height, velocity = at.gap(foot), at.local_velocity(foot)[-1:]
         found += residuals("guard", [f"{switch.name} touchdown height {foot}"], height[-1:, None], end, tolerance)
         inside = slice(1, -1)
         found.append(
@@ -39,12 +39,11 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Finding]:
                   (0.0, np.inf), tolerance)
         )  # fmt: skip
         for axis, bounds in enumerate(limits.touchdown_velocity):
-            name = f"{switch.name} touchdown velocity {foot} {'xyz'[axis]}"
+            name = f"{switch.name} touchdown velocity {foot} {AXES[axis]}"
             found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance))
     if switch.lifting and not switch.landing:
         foot = switch.lifting[0]
-        column = 3 * domain.stance.feet.index(foot) + 2
-        force = domain.motion.forces[-1:, column : column + 1]
+        force = domain.contacts.contact.normal_force(at.local_force(foot, domain.motion.forces))[-1:]
         scale = size_of(domain.trajectory.forces)
         found += residuals("guard", [f"{switch.name} lift-off force {foot}"], force, end, tolerance, scale)
     return found
@@ -58,12 +57,12 @@ def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Findi
         rows = [f"{switch.name} continuity rate of {name}" for name in names]
         scale = size_of(trajectory.velocities)
         return residuals("impact", rows, (after - before)[None], NO_TIME, tolerance, scale)
-    at = terms(gait.robot, switch.target.feet, domain.positions[-1:], domain.velocities[-1:])
+    at = terms(gait.pattern.contacts(switch.target), domain.positions[-1:], domain.velocities[-1:])
     velocity, impulse = plastic(at)
     momentum = at.mass[0] @ (after - before)
     balance = momentum - at.jacobian[0].T @ trajectory.impulse
     stopped = at.jacobian[0] @ after
-    feet = [f"{foot} {axis}" for foot in switch.target.feet for axis in "xyz"]
+    feet = list(at.contacts.labels)
     kinds: list[tuple[str, list[str], Matrix, float]] = [
         ("momentum", list(names), balance, size_of(momentum)),
         ("rate of", list(names), after - velocity, size_of(trajectory.velocities)),
@@ -99,11 +98,13 @@ def _continuity(domain: SampledDomain, after: Vector, tolerance: float) -> list[
 
 
 def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) -> list[Finding]:
-    """The solved domains end where they began, further along x by speed times duration."""
+    """The solved domains end where they began, further along the ground: over x by speed times duration."""
     duration = sum(part.duration for part in gait.domains)
     advance = domain.positions[-1] - start
+    distance = advance[0]
+    advance[:3] -= distance * gait.pattern.ground.translations["x"]
     rows = [f"{domain.switch.name} periodicity {name}" for name in gait.robot.coordinate_names[1:]]
-    speed = np.array([advance[0] / duration - gait.speed])
+    speed = np.array([distance / duration - gait.speed])
     return [
         *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance),
         *residuals("periodicity", ["mean speed less the speed asked for"], speed, NO_TIME, tolerance),

@@ -8,8 +8,8 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from amble.control import AllocationLaw, Redundancy, internal_forces
-from amble.hybrid import constrained_dynamics
+from amble.control import AllocationLaw, Redundancy
+from amble.hybrid import Contacts, constrained_dynamics
 from amble.robot import Robot
 from amble.types import Matrix, Vector
 from tests import robots
@@ -46,9 +46,9 @@ def dynamics(name: str, count: int) -> ca.Function:
     """(q, v) -> f0, G, lambda_0, d lambda / d u, N, W."""
     robot = robots.robot(name)
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
-    motion = constrained_dynamics(robot, stance_feet(robot, count), q, v)
-    force_basis = internal_forces(motion.positions)
-    null = -motion.jacobian[:, 6:].T @ force_basis
+    contacts = Contacts(robot, stance_feet(robot, count))
+    motion = constrained_dynamics(contacts, q, v)
+    null, force_basis = contacts.torque_null_space(q)
     parts = [motion.free_acceleration, motion.input_map, motion.free_force, motion.force_map, null, force_basis]
     return ca.Function("dynamics", [q, v], parts)
 
@@ -64,7 +64,8 @@ def chooser(name: str, count: int, law: AllocationLaw) -> ca.Function:
         ca.SX.sym("W", pattern.sparsity_out(5)),
         ca.SX.sym("speeds", 12),
     ]
-    redundancy = Redundancy(robot=robot, feet=stance_feet(robot, count), **dict(zip(PARTS, symbols, strict=True)))
+    parts = dict(zip(PARTS, symbols, strict=True))
+    redundancy = Redundancy(contacts=Contacts(robot, stance_feet(robot, count)), points=ca.SX(3 * count, 1), **parts)
     s = law.allocate(redundancy)
     return ca.Function("allocate", symbols, [s, *law.diagnostics(redundancy, s).values()])
 

@@ -8,19 +8,20 @@ import pytest
 
 from amble.control import DropActuator, Redundancy
 from amble.errors import InputError, UnknownNameError
+from amble.hybrid import Contacts
 from tests.control.allocation.stances import samples, stance_feet
 from tests.robots import robot
 
 
 def redundancy(feet: tuple[str, ...], free: int) -> Redundancy:
-    model, contacts = robot("astro"), 3 * len(feet)
+    contacts = Contacts(robot("astro"), feet)
     return Redundancy(
-        robot=model,
-        feet=feet,
+        contacts=contacts,
+        points=ca.SX(3 * len(feet), 1),
         torques=ca.SX.sym("u", 12),
         torque_basis=ca.SX.sym("N", 12, free),
-        forces=ca.SX.sym("lambda", contacts),
-        force_basis=ca.SX.sym("W", contacts, free),
+        forces=ca.SX.sym("lambda", contacts.size),
+        force_basis=ca.SX.sym("W", contacts.size, free),
         speeds=ca.SX.sym("speeds", 12),
     )
 

@@ -18,6 +18,7 @@ from amble.control import (
 )
 from amble.control.actuator import actuator
 from amble.errors import InputError
+from amble.hybrid import Contacts
 from amble.types import Vector
 from tests import robots
 from tests.control.allocation.solvers import (
@@ -239,8 +240,8 @@ def _choose_unhashed(name: str, count: int, law: WeightedMinimumNorm, sample: Sa
     return ca.DM(
         law.allocate(
             Redundancy(
-                robot=robot,
-                feet=stance_feet(robot, count),
+                contacts=Contacts(robot, stance_feet(robot, count)),
+                points=ca.SX(3 * count, 1),
                 **{name: ca.SX(ca.DM(part)) for name, part in parts.items()},
             )
         )
@@ -253,12 +254,12 @@ def test_rows_of_the_gait_problem_vanish_where_the_controller_stays(name: str, c
     robot = robots.robot(name)
     for law in (PseudoInverse(), WeightedMinimumNorm({robot.joint_names[0]: 5.0, robot.joint_names[7]: 0.3})):
         for sample in samples(name, count, 10, seed=13):
-            feet = stance_feet(robot, count)
-            parts = {name: ca.SX(ca.DM(part)) for name, part in sample.parts().items() if name != "torques"}
+            parts = {"contacts": Contacts(robot, stance_feet(robot, count)), "points": ca.SX(3 * count, 1)}
+            parts |= {name: ca.SX(ca.DM(part)) for name, part in sample.parts().items() if name != "torques"}
             least = sample.torques + sample.torque_basis @ _least_norm(sample)
-            found = Redundancy(robot=robot, feet=feet, torques=ca.SX(ca.DM(least)), **parts)
+            found = Redundancy(torques=ca.SX(ca.DM(least)), **parts)
             u = ca.SX(ca.DM(least)) + found.torque_basis @ law.allocate(found)
-            rows = ca.DM(law.optimality_conditions(Redundancy(robot=robot, feet=feet, torques=u, **parts)))
+            rows = ca.DM(law.optimality_conditions(Redundancy(torques=u, **parts)))
             assert (
                 np.max(np.abs(rows.full())) <= 1e-10 * np.linalg.norm(least) * np.abs(sample.torque_basis).max() * 5.0
             )
@@ -312,8 +313,8 @@ def test_one_foot_leaves_nothing_to_choose(law: PseudoInverse) -> None:
     nothing = ca.SX(12, 0)
     robot = robots.robot("astro")
     redundancy = Redundancy(
-        robot=robot,
-        feet=("fl",),
+        contacts=Contacts(robot, ("fl",)),
+        points=ca.SX(3, 1),
         torques=ca.SX.ones(12),
         torque_basis=nothing,
         forces=ca.SX.ones(3),

@@ -16,11 +16,12 @@ from amble.control import (
     MinimumPower,
     PseudoInverse,
     WeightedMinimumNorm,
-    internal_forces,
 )
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints, pack
 from amble.hybrid import stance_jacobian
+from amble.hybrid import Contacts
+from amble.hybrid.internal_forces import point_forces
 from tests import robots
 from tests.control.allocation.stances import NAMES, allocate, dynamics, random_postures, samples, stance_feet
 
@@ -47,7 +48,7 @@ def test_internal_forces_of_four_feet_on_a_plane_span_six_directions(name: str) 
     del name
     generator = np.random.default_rng(2)
     symbol = ca.SX.sym("p", 12)
-    function = ca.Function("W", [symbol], [internal_forces(symbol)])
+    function = ca.Function("W", [symbol], [point_forces([symbol[3 * i : 3 * i + 3] for i in range(4)])])
     feet = np.array([[0.3, 0.2, 0.0], [0.3, -0.2, 0.0], [-0.3, 0.2, 0.0], [-0.3, -0.2, 0.0]])
     for _ in range(20):
         tilt = np.linalg.qr(generator.normal(size=(3, 3)))[0]
@@ -94,7 +95,7 @@ def test_all_laws_cause_the_same_acceleration(name: str) -> None:
     standing = [joint for foot in feet for joint in robot.legs[foot]]
     functions = []
     for law in (*laws(name), DropActuator((standing[1],))):
-        loop = linearise(robot, feet, law, q, v, t, constraints)
+        loop = linearise(Contacts(robot, feet), law, q, v, t, constraints)
         functions.append(ca.Function("loop", symbols, [loop.acceleration, loop.torques, loop.forces]))
     generator = np.random.default_rng(3)
     weights = np.hstack([np.zeros((11, 3)), np.delete(np.eye(12), robot.joint_index(standing[1]), axis=0)])

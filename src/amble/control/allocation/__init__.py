@@ -3,7 +3,6 @@
 from amble.control.allocation.bounded_minimum_norm import BoundedMinimumNorm
 from amble.control.allocation.contact_limits import ContactLimits, margins
 from amble.control.allocation.drop_actuator import DropActuator
-from amble.control.allocation.internal_forces import internal_forces, torque_null_space
 from amble.control.allocation.law import AllocationLaw, Redundancy
 from amble.control.allocation.minimum_peak import MinimumPeak
 from amble.control.allocation.minimum_power import MinimumPower
@@ -21,8 +20,6 @@ __all__ = [
     "PseudoInverse",
     "Redundancy",
     "WeightedMinimumNorm",
-    "internal_forces",
     "law_from",
     "margins",
-    "torque_null_space",
 ]

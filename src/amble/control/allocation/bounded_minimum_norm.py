@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sqrt
 from typing import Any
 
 import casadi as ca
@@ -28,13 +27,13 @@ DEEP = 0.1
 class BoundedMinimumNorm(AllocationLaw):
     """Minimise |u|^2 within limits (docs/theory/allocation.md, eq. 12 to 17 and 20).
 
-    Torque limits are the effort limits of the robot's description. Two stance feet: friction cones are exact, and the
-    optimum is clipped on the line. Three and four: the inner pyramid |f_x|, |f_y| <= mu f_z / sqrt(2), as a small
-    quadratic program.
+    Torque limits are the effort limits of the robot's description. Two point feet: friction cones are exact, and the
+    optimum is clipped on the line. More free directions: the pyramid inside the contact's cone, as a small quadratic
+    program.
 
     Where no torque that realises the motion keeps all limits, the law falls back and ``diagnostics`` tells by how much
     each limit is missed. Two feet: torque limits come first (where they alone leave nothing, the smallest relative
-    peak), then friction, then normal force, each kept as well as those before it allow. Three and four feet: the
+    peak), then friction, then normal force, each kept as well as those before it allow. Three and more feet: the
     largest relative violation is as small as can be.
 
     Attributes:
@@ -70,7 +69,8 @@ class BoundedMinimumNorm(AllocationLaw):
         """
         if not redundancy.size:
             return ca.SX(0, 1)
-        return self._on_line(redundancy) if redundancy.size == 1 else self._in_space(redundancy)
+        on_line = redundancy.size == 1 and not redundancy.contacts.contact.moments
+        return self._on_line(redundancy) if on_line else self._in_space(redundancy)
 
     def diagnostics(self, redundancy: Redundancy, s: ca.SX) -> Mapping[str, ca.SX]:
         """Return ``margin``, (3,): distance to the torque, friction and normal force limits, negative where missed.
@@ -80,7 +80,7 @@ class BoundedMinimumNorm(AllocationLaw):
         effort = effort_limits(redundancy, range(len(redundancy.robot.joints)))
         torques = torque_margin(redundancy.torques + redundancy.torque_basis @ s, effort)
         forces = redundancy.forces + redundancy.force_basis @ s
-        return {"margin": ca.vertcat(torques, margins(redundancy.feet, forces, self._contact()))}
+        return {"margin": ca.vertcat(torques, margins(redundancy.contacts, redundancy.points, forces, self._contact()))}
 
     def _contact(self) -> ContactLimits:
         return ContactLimits(self.friction, self.normal_force)
@@ -89,16 +89,14 @@ class BoundedMinimumNorm(AllocationLaw):
         """One free direction: clip to normal forces, then friction, then torques; exact where they meet (eq. 16)."""
         u, n = redundancy.torques, redundancy.torque_basis
         s = -ca.dot(n, u) / ca.dot(n, n)
-        w = redundancy.force_basis[:, 0]
-        steers = [_zero_where_level(w[3 * i : 3 * i + 3]) for i in range(len(redundancy.feet))]
-        forces = [redundancy.forces[3 * i : 3 * i + 3] for i in range(len(redundancy.feet))]
-        pairs = list(zip(forces, steers, strict=True))
+        steers = [_zero_where_level(w) for w in redundancy.local(redundancy.force_basis)]
+        pairs = list(zip(redundancy.local(redundancy.forces), steers, strict=True))
         s = common([above(f[2] - self.normal_force, e[2]) for f, e in pairs]).clip(s)
         s = common([inside_cone(f, e, self.friction) for f, e in pairs]).clip(s)
         return _torque_interval(redundancy).clip(s)
 
     def _in_space(self, redundancy: Redundancy) -> ca.SX:
-        """Three or six free directions: find how much the limits must give way, then the smallest torques (eq. 20)."""
+        """Several free directions: find how much the limits must give way, then the smallest torques (eq. 20)."""
         # shorthand
         N, k = redundancy.torque_basis, redundancy.size
         unit = ca.sqrt(ca.sum1(N**2)).T
@@ -127,15 +125,11 @@ class BoundedMinimumNorm(AllocationLaw):
         share = robot.mass * robot.gravity / len(feet)
         u, N = redundancy.torques[joints] / effort, redundancy.torque_basis[joints, :] / effort
         rows, limits = [N, -N], [1.0 - u, 1.0 + u]
-        slope = self.friction / sqrt(2.0)
-        for i in range(len(feet)):
-            f, w = (part[3 * i : 3 * i + 3, :] / share for part in (redundancy.forces, redundancy.force_basis))
-            for axis in range(2):
-                for sign in (1.0, -1.0):
-                    rows.append(sign * w[axis, :] - slope * w[2, :])
-                    limits.append(slope * f[2] - sign * f[axis])
-            rows.append(-w[2, :])
-            limits.append(f[2] - self.normal_force / share)
+        foot = redundancy.contacts.contact
+        forces, basis = (redundancy.local(part / share) for part in (redundancy.forces, redundancy.force_basis))
+        for f, w in zip(forces, basis, strict=True):
+            rows += [-foot.pyramid(w, self.friction), -foot.normal_force(w)]
+            limits += [foot.pyramid(f, self.friction), foot.normal_force(f) - self.normal_force / share]
         return ca.vertcat(*rows), ca.vertcat(*limits)
 
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
 from amble.errors import InputError
+from amble.hybrid import Contacts
 
 
 @dataclass(frozen=True)
 class ContactLimits:
-    """Friction and unilateral contact of every stance foot, in the world frame, on ground that may lie at any height.
+    """Friction and unilateral contact of every stance foot.
 
     Attributes:
-        friction: coefficient mu of the upright cone |f_t| <= mu f_z.
-        normal_force: smallest f_z, N.
+        friction: coefficient mu of the cone about the ground's normal, |f_t| <= mu f_n.
+        normal_force: smallest f_n, N.
 
     Raises:
         InputError: where friction is not positive or the normal force is negative.
@@ -33,22 +33,23 @@ class ContactLimits:
             raise InputError(f"the smallest normal force is {self.normal_force} N; it must be finite and not negative")
 
 
-def margins(feet: Sequence[str], forces: ca.SX, limits: ContactLimits) -> ca.SX:
+def margins(contacts: Contacts, points: ca.SX, forces: ca.SX, limits: ContactLimits) -> ca.SX:
     """Return the distance to the nearest friction and normal force limit, (2,), N; negative by how much it is missed.
 
-    The entries are the minimum over the stance feet of mu f_z - |f_t| and of f_z - f_min (docs/theory/allocation.md,
+    The entries are the minimum over the stance feet of mu f_n - |f_t| and of f_n - f_min (docs/theory/allocation.md,
     eq. 17).
 
     Args:
-        feet: the stance feet; without any, nothing can be missed.
-        forces: their contact forces, world frame, (3 n_c,), N.
+        contacts: the stance feet; without any, nothing can be missed.
+        points: their positions, world frame, (3 n_c,), m.
+        forces: their contact forces, world frame, (n_f,), N.
         limits: friction and unilateral contact.
     """
-    each = [forces[3 * i : 3 * i + 3] for i in range(len(feet))]
-    if not each:
+    if not contacts.feet:
         return ca.SX([ca.inf, ca.inf])
-    friction = [limits.friction * f[2] - ca.sqrt(f[0] ** 2 + f[1] ** 2) for f in each]
-    normal = [f[2] - limits.normal_force for f in each]
+    foot, each = contacts.contact, contacts.local(forces, points)
+    friction = [limits.friction * foot.normal_force(f) - foot.tangential(f) for f in each]
+    normal = [foot.normal_force(f) - limits.normal_force for f in each]
     return ca.vertcat(ca.mmin(ca.vertcat(*friction)), ca.mmin(ca.vertcat(*normal)))
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import casadi as ca
 
 from amble.errors import InputError
+from amble.hybrid import Contacts
 from amble.robot import Robot
 
 
@@ -21,17 +22,17 @@ class Redundancy:
     In the controller ``torques`` is the minimum-norm member; in the gait problem it is the variable itself.
 
     Attributes:
-        robot: the robot, for names and limits.
-        feet: the stance feet, in the robot's foot order.
+        contacts: the stance feet on the ground, with the robot for names and limits.
+        points: positions of the stance feet, world frame, (3 n_c,), m.
         torques: one particular torque, (n_joints,), N m.
         torque_basis: basis of the torques that cause no acceleration, (n_joints, k), N m.
-        forces: contact forces that go with ``torques``, world frame, (3 n_c,), N.
-        force_basis: internal contact forces that go with ``torque_basis``, (3 n_c, k), N.
+        forces: contact forces that go with ``torques``, world frame, (n_f,), N.
+        force_basis: internal contact forces that go with ``torque_basis``, (n_f, k), N.
         speeds: joint velocities, (n_joints,), rad/s.
     """
 
-    robot: Robot
-    feet: tuple[str, ...]
+    contacts: Contacts
+    points: ca.SX
     torques: ca.SX
     torque_basis: ca.SX
     forces: ca.SX
@@ -39,9 +40,23 @@ class Redundancy:
     speeds: ca.SX
 
     @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.contacts.robot
+
+    @property
+    def feet(self) -> tuple[str, ...]:
+        """The stance feet, in the robot's foot order."""
+        return self.contacts.feet
+
+    @property
     def size(self) -> int:
         """Number k of free directions: 0, 1, 3, 6 for 1, 2, 3, 4 point feet."""
         return int(self.torque_basis.shape[1])
+
+    def local(self, forces: ca.SX) -> list[ca.SX]:
+        """Split contact forces by foot and turn them into the ground's frame, (size, n) each."""
+        return self.contacts.local(forces, self.points)
 
 
 class AllocationLaw(ABC):

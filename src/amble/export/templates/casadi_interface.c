@@ -3,7 +3,7 @@
 
 static void torques(int stance, double clock, const double *x, double *u) {
   amble_controller controller;
-  double force[3 * AMBLE_FEET];
+  double force[AMBLE_FORCES];
   unsigned char contact[AMBLE_FEET];
   int foot;
   for (foot = 0; foot < AMBLE_FEET; foot++) contact[foot] = (unsigned char)amble_stands(stance, foot);

@@ -25,7 +25,7 @@ static void permute(const int *index, const double *sign, const double *from, do
 
 /* Law of a stance at its clock; the second half of a mirrored gait mirrors the state and then the result. */
 static int evaluate(amble_controller *c, double clock, const double *q, const double *qd, double *u, double *force) {
-  double x[2 * AMBLE_COORDINATES], torque[AMBLE_JOINTS], contact[3 * AMBLE_FEET];
+  double x[2 * AMBLE_COORDINATES], torque[AMBLE_JOINTS], contact[AMBLE_FORCES];
   const double *arg[ARGUMENTS] = {0};
   double *res[RESULTS] = {0};
   int i, solved = c->stance % SOLVED, mirrored = c->stance >= SOLVED, failed;
@@ -48,7 +48,7 @@ static int evaluate(amble_controller *c, double clock, const double *q, const do
   failed = LAW[solved](arg, res, c->integers, c->work);
   if (mirrored) {
     permute(JOINT_INDEX, JOINT_SIGN, torque, u, AMBLE_JOINTS);
-    permute(FORCE_INDEX, FORCE_SIGN, contact, force, 3 * AMBLE_FEET);
+    permute(FORCE_INDEX, FORCE_SIGN, contact, force, AMBLE_FORCES);
   }
   return failed;
 }
@@ -73,7 +73,7 @@ static unsigned fallback(unsigned status, const double *qd, double *u, double *f
     double rate = qd[AMBLE_COORDINATES - AMBLE_JOINTS + i];
     u[i] = isfinite(rate) ? -AMBLE_DAMPING * rate : 0.0;
   }
-  for (i = 0; i < 3 * AMBLE_FEET; i++) force[i] = 0.0;
+  for (i = 0; i < AMBLE_FORCES; i++) force[i] = 0.0;
   saturate(u);
   return status;
 }
@@ -122,7 +122,7 @@ unsigned amble_enter(amble_controller *c, int stance, double t) {
 
 unsigned amble_step(amble_controller *c, double t, const double q[AMBLE_COORDINATES],
                     const double qd[AMBLE_COORDINATES], const unsigned char contact[AMBLE_FEET],
-                    double u[AMBLE_JOINTS], double force[3 * AMBLE_FEET]) {
+                    double u[AMBLE_JOINTS], double force[AMBLE_FORCES]) {
   unsigned status = AMBLE_OK, flags = pressed(contact);
   double clock;
   if (c->entered != MARK || !(t >= c->entry)) {
@@ -138,7 +138,7 @@ unsigned amble_step(amble_controller *c, double t, const double q[AMBLE_COORDINA
   if (evaluate(c, clock, q, qd, u, force) || !(c->pivot >= SMALLEST_PIVOT)) {
     return fallback(status | AMBLE_RANK_LOST, qd, u, force);
   }
-  if (!all_finite(u, AMBLE_JOINTS) || !all_finite(force, 3 * AMBLE_FEET)) {
+  if (!all_finite(u, AMBLE_JOINTS) || !all_finite(force, AMBLE_FORCES)) {
     return fallback(status | AMBLE_NOT_FINITE, qd, u, force);
   }
   if (saturate(u)) status |= AMBLE_SATURATED;

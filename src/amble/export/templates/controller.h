@@ -18,6 +18,8 @@
 #define AMBLE_COORDINATES @COORDINATES@
 #define AMBLE_JOINTS @JOINT_COUNT@
 #define AMBLE_FEET @FOOT_COUNT@
+/* Components of the contact force of all feet; of each: @COMPONENTS@. */
+#define AMBLE_FORCES @FORCE_COUNT@
 #define AMBLE_STANCES @STANCE_COUNT@
 
 /* Scratch of the generated code. */
@@ -71,7 +73,7 @@ unsigned amble_enter(amble_controller *controller, int stance, double t);
  */
 unsigned amble_step(amble_controller *controller, double t, const double q[AMBLE_COORDINATES],
                     const double qd[AMBLE_COORDINATES], const unsigned char contact[AMBLE_FEET],
-                    double u[AMBLE_JOINTS], double force[3 * AMBLE_FEET]);
+                    double u[AMBLE_JOINTS], double force[AMBLE_FORCES]);
 
 /* Whether a foot stands in a stance. */
 int amble_stands(int stance, int foot);

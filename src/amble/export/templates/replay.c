@@ -15,7 +15,7 @@
 
 typedef struct {
   int stance;
-  double clock, q[AMBLE_COORDINATES], qd[AMBLE_COORDINATES], u[AMBLE_JOINTS], force[3 * AMBLE_FEET];
+  double clock, q[AMBLE_COORDINATES], qd[AMBLE_COORDINATES], u[AMBLE_JOINTS], force[AMBLE_FORCES];
   unsigned char contact[AMBLE_FEET];
   unsigned status;
 } vector;
@@ -39,7 +39,7 @@ static int next_vector(FILE *file, vector *v) {
     if (fscanf(file, "%d", &flag) != 1) return 0;
     v->contact[i] = (unsigned char)flag;
   }
-  if (!numbers(file, v->u, AMBLE_JOINTS) || !numbers(file, v->force, 3 * AMBLE_FEET)) return 0;
+  if (!numbers(file, v->u, AMBLE_JOINTS) || !numbers(file, v->force, AMBLE_FORCES)) return 0;
   return fscanf(file, "%u", &v->status) == 1;
 }
 
@@ -74,7 +74,7 @@ static unsigned run(amble_controller *c, const vector *v, double *u, double *for
 int main(int argc, char **argv) {
   static amble_controller c;
   static vector v;
-  double u[AMBLE_JOINTS], force[3 * AMBLE_FEET], worst = 0.0;
+  double u[AMBLE_JOINTS], force[AMBLE_FORCES], worst = 0.0;
   int count = 0, wrong = 0, timed = 0, repetitions = argc > 2 ? atoi(argv[2]) : 0, i;
   FILE *file = argc > 1 ? fopen(argv[1], "r") : 0;
   if (!file) {
@@ -83,7 +83,7 @@ int main(int argc, char **argv) {
   }
   while (next_vector(file, &v)) {
     unsigned status = run(&c, &v, u, force);
-    double d = fmax(difference(u, v.u, AMBLE_JOINTS), difference(force, v.force, 3 * AMBLE_FEET));
+    double d = fmax(difference(u, v.u, AMBLE_JOINTS), difference(force, v.force, AMBLE_FORCES));
     if (!(d <= worst)) worst = d;
     if (status != v.status || !(d <= TOLERANCE)) {
       fprintf(stderr, "vector %d: status %u, expected %u; difference %.3g\n", count, status, v.status, d);

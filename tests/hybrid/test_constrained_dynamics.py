@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from amble.hybrid import constrained_dynamics, impact, selection, stance_bias, stance_jacobian
+from amble.hybrid import Contacts, constrained_dynamics, impact, selection
 from amble.robot import Robot, dynamics, kinematics
 from amble.types import Matrix, Vector
 from tests.oracle import oracle
@@ -103,11 +103,11 @@ def evaluated(case: Case) -> tuple[Matrix, Matrix, Matrix, Matrix]:
     """Amble's acceleration, forces, velocity after an impact, and impulse, at every state of a case."""
     model = case.model
     q, v, u = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size), ca.SX.sym("u", len(model.joints))
-    motion = constrained_dynamics(model, case.feet, q, v)
+    motion = constrained_dynamics(Contacts(model, case.feet), q, v)
     parts = [
         motion.free_acceleration + motion.input_map @ u,
         motion.free_force + motion.force_map @ u,
-        *impact(model, case.feet, q, v),
+        *impact(Contacts(model, case.feet), q, v),
     ]
     function = ca.Function("contact", [q, v, u], [ca.densify(part) for part in parts], {"cse": True})
     values = function.map(len(case.q))(case.q.T, case.v.T, case.u.T)
@@ -134,7 +134,8 @@ def test_motion_and_impact_equal_pinocchio(case: Case) -> None:
 def test_stance_terms_equal_pinocchio(case: Case) -> None:
     model = case.model
     q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
-    parts = [stance_jacobian(model, case.feet, q), stance_bias(model, case.feet, q, v)]
+    contacts = Contacts(model, case.feet)
+    parts = [contacts.jacobian(q), contacts.bias(q, v)]
     function = ca.Function("terms", [q, v], [ca.densify(part) for part in parts])
     for place in range(50):
         jacobian, bias = (np.asarray(part) for part in function(case.q[place], case.v[place]))
@@ -189,14 +190,17 @@ def test_a_passive_stance_conserves_energy(name: str, count: int) -> None:
     model = robot(name)
     feet = stance(model, count)
     q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
-    motion = constrained_dynamics(model, feet, q, v)
+    contacts = Contacts(model, feet)
+    motion = constrained_dynamics(contacts, q, v)
     field = ca.Function("stance", [ca.vertcat(q, v)], [ca.densify(ca.vertcat(v, motion.free_acceleration))])
     energy = ca.Function("energy", [ca.vertcat(q, v)], [dynamics.kinetic_energy(model, q, v)
                                                         + dynamics.potential_energy(model, q)])  # fmt: skip
     generator = np.random.default_rng(22)
     pose = generator.uniform(0.3, 0.9, model.size)
     rate = np.asarray(
-        ca.Function("stopped", [q, v], [impact(model, feet, q, v)[0]])(pose, generator.normal(0.0, 0.5, model.size))
+        ca.Function("stopped", [q, v], [impact(Contacts(model, feet), q, v)[0]])(
+            pose, generator.normal(0.0, 0.5, model.size)
+        )
     )
     start = np.concatenate([pose, rate.ravel()])
     done = solve_ivp(
@@ -215,7 +219,7 @@ def test_a_passive_stance_conserves_energy(name: str, count: int) -> None:
 def test_without_feet_the_robot_flies(name: str) -> None:
     model, theirs = robot(name), oracle(name)
     q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
-    motion = constrained_dynamics(model, (), q, v)
+    motion = constrained_dynamics(Contacts(model, ()), q, v)
     assert motion.free_force.shape == (0, 1)
     function = ca.Function("flight", [q, v], [motion.free_acceleration, motion.input_map])
     for pose, rate in zip(*random_states(model, 10, seed=23), strict=True):
@@ -230,7 +234,7 @@ def test_the_response_solves_the_equations(name: str) -> None:
     model = case.model
     q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
     force, contact = ca.SX.sym("force", model.size, 2), ca.SX.sym("contact", 6, 2)
-    response = constrained_dynamics(model, case.feet, q, v).respond(force, contact)
+    response = constrained_dynamics(Contacts(model, case.feet), q, v).respond(force, contact)
     function = ca.Function("respond", [q, v, force, contact], [response])
     generator = np.random.default_rng(24)
     for place in range(20):

@@ -1,0 +1,117 @@
+"""The motion of a robot whose feet neither slip nor sink, and the plastic impact when feet land (paper, section 2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from amble.hybrid.contacts import Contacts
+from amble.numerics.linear_algebra import SymmetricFactor
+from amble.robot import Robot, dynamics
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConstrainedDynamics:
+    """The motion of a robot that stands on some feet, affine in the torques.
+
+    With D a + h = B u + J^T lambda and J a + Jdot v = 0 (paper, eq. 2):
+    a = free_acceleration + input_map u, lambda = free_force + force_map u.
+
+    Attributes:
+        free_acceleration: f0, (n_q,).
+        input_map: G, (n_q, n_joints).
+        free_force: lambda at zero torque, (n_f,), N and N m.
+        force_map: d lambda / d u, (n_f, n_joints).
+        jacobian: J of the stance feet, (n_f, n_q).
+        positions: stance feet, world frame, (3 n_c,), m.
+        mass: factor of D.
+        spread: D^-1 J^T, (n_q, n_f).
+        apparent: factor of J D^-1 J^T, None without stance feet.
+    """
+
+    free_acceleration: ca.SX
+    input_map: ca.SX
+    free_force: ca.SX
+    force_map: ca.SX
+    jacobian: ca.SX
+    positions: ca.SX
+    mass: SymmetricFactor
+    spread: ca.SX
+    apparent: SymmetricFactor | None
+
+    def respond(self, force: ca.SX, contact: ca.SX) -> ca.SX:
+        """Return the accelerations a with D a = force + J^T lambda and J a = contact, one column a case.
+
+        Args:
+            force: generalised forces, (n_q, k).
+            contact: accelerations of the stance feet, (n_f, k).
+        """
+        motion = self.mass.solve(force)
+        if self.apparent is None:
+            return motion
+        return motion + self.spread @ self.apparent.solve(contact - self.jacobian @ motion)
+
+
+def selection(robot: Robot) -> ca.SX:
+    """Return the actuation matrix B = [0; I], (n_q, n_joints)."""
+    joints = len(robot.joints)
+    return ca.SX(ca.vertcat(ca.DM(robot.size - joints, joints), ca.DM.eye(joints)))
+
+
+def constrained_dynamics(contacts: Contacts, q: ca.SX, v: ca.SX) -> ConstrainedDynamics:
+    """Eliminate the contact forces (paper, eq. 2 and 3)."""
+    # shorthand
+    robot = contacts.robot
+    D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
+    h = dynamics.bias(robot, q, v)
+    J, Jdv = contacts.jacobian(q), contacts.bias(q, v)
+    B = selection(robot)
+
+    positions = contacts.points(q)
+    motion, inputs = -D.solve(h), D.solve(B)
+    if not contacts.feet:
+        return ConstrainedDynamics(
+            free_acceleration=motion,
+            input_map=inputs,
+            free_force=ca.SX(0, 1),
+            force_map=ca.SX(0, len(robot.joints)),
+            jacobian=J,
+            positions=positions,
+            mass=D,
+            spread=J.T,
+            apparent=None,
+        )
+    Y = D.solve(J.T)
+    apparent = SymmetricFactor.of(J @ Y)  # J D^-1 J^T, the inverse of the mass seen at the feet
+    free_force = -apparent.solve(J @ motion + Jdv)
+    force_map = -apparent.solve(J @ inputs)
+    return ConstrainedDynamics(
+        free_acceleration=motion + Y @ free_force,
+        input_map=inputs + Y @ force_map,
+        free_force=free_force,
+        force_map=force_map,
+        jacobian=J,
+        positions=positions,
+        mass=D,
+        spread=Y,
+        apparent=apparent,
+    )
+
+
+def impact(contacts: Contacts, q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return the velocities after a plastic impact that stops the feet, (n_q,), and the impulse, (n_f,), N s.
+
+    D (v+ - v) = J^T iota and J v+ = 0 (paper, eq. 4, where the transpose of J is missing).
+    """
+    robot = contacts.robot
+    D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
+    J = contacts.jacobian(q)
+    Y = D.solve(J.T)
+    impulse = -SymmetricFactor.of(J @ Y).solve(J @ v)
+    return v + Y @ impulse, impulse
+
+
+def _elimination_order(robot: Robot) -> list[int]:
+    """Order that factors the mass matrix without fill: joints from the feet upwards, the base last."""
+    return list(range(robot.size - 1, -1, -1))
