@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import metadata, resources
 from pathlib import Path
@@ -80,3 +80,27 @@ def random_states(of: Robot, count: int, seed: int = 0) -> tuple[Matrix, Matrix]
     q = generator.uniform(-np.pi, np.pi, (count, of.size))
     q[:, 4] *= 1.2 / np.pi
     return q, generator.normal(0.0, 2.0, (count, of.size))
+
+
+@lru_cache(maxsize=1)
+def hexapod() -> Robot:
+    """ASTRo with a third pair of legs: copies of its front legs at the middle of the base."""
+    astro = robot("astro")
+    links, joints, feet = list(astro.links), list(astro.joints), list(astro.feet)
+    for name, label in (("fl", "ml"), ("fr", "mr")):
+        parent = 0
+        for j in astro.chain(astro.foot(name).link):
+            at = astro.joints[j].translation * ([0.0, 1.0, 1.0] if parent == 0 else [1.0, 1.0, 1.0])
+            links.append(replace(astro.links[j + 1], name=f"middle {astro.links[j + 1].name}"))
+            joints.append(
+                replace(
+                    astro.joints[j],
+                    name=astro.joints[j].name.replace(name, label),
+                    parent=parent,
+                    child=len(links) - 1,
+                    translation=at,
+                )
+            )
+            parent = len(links) - 1
+        feet.append(replace(astro.foot(name), name=label, link=parent))
+    return replace(astro, name="hexapod", links=tuple(links), joints=tuple(joints), feet=tuple(feet), twins=())

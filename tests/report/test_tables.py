@@ -143,9 +143,10 @@ def test_contact_tables() -> None:
     assert summary.rows[0] == ("smallest normal force of a stance foot (N)", "-3.500")
     assert "from cycle 2 on" in summary.notes[0]
     violated = contact_rows(report, only_violations=True)
-    assert [each[0] for each in violated.rows] == ["D2 fr normal force"]
-    assert violated.rows[0][1:5] == ("0", "-3.500", "-", "3.500")
-    assert violated.rows[0][6] == "1"
+    assert [each[0] for each in violated.rows] == ["D2 fr friction", "D2 fr normal force"]  # no friction holds a pull
+    assert violated.rows[0][1:5] == ("0", "inf", "0.6000", "inf")
+    assert violated.rows[1][1:5] == ("0", "-3.500", "-", "3.500")
+    assert violated.rows[1][6] == "1"
     assert len(contact_rows(report).rows) == len(report.rows)
 
 

@@ -45,6 +45,5 @@ def contact_rows(report: ContactReport, only_violations: bool = False) -> Table:
 
 def _cells(worst: Worst) -> tuple[str, ...]:
     row = worst.row
-    numbers = (row.lower, row.value, row.upper, row.violation)
-    texts = ("-" if abs(value) == float("inf") else number(value) for value in numbers)
-    return (row.name, *texts, f"{worst.time:.4f}", str(worst.cycle))
+    lower, upper = ("-" if abs(bound) == float("inf") else number(bound) for bound in (row.lower, row.upper))
+    return (row.name, lower, number(row.value), upper, number(row.violation), f"{worst.time:.4f}", str(worst.cycle))
