@@ -1,4 +1,4 @@
-"""The worked examples of extending amble: each one file and one registration, built, evaluated and written to a file."""
+"""The worked examples of extending amble, each one file and one registration: built, evaluated, written to a file."""
 
 from __future__ import annotations
 

@@ -8,10 +8,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from amble.control.closed_loop import fall_margin
 from amble.control.outputs import selection_matrix
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, loop_parameters, start_state
-from amble.hybrid import Domain, HybridSystem
+from amble.hybrid import FLAT, Contacts, Domain, HybridSystem, Plane
 from amble.simulation import simulate
 from amble.types import Matrix, Vector
 from amble.verification.output_dynamics import OutputDynamics
@@ -177,3 +178,24 @@ def test_a_stabilised_gait_starts_at_its_own_fixed_point(stabilised_gait: Gait) 
 def test_gains_come_from_the_gait(walking_gait: Gait) -> None:
     stiffer = replace(walking_gait, gains=(200.0, 30.0))
     assert tuple(loop_parameters(stiffer, "D2")[:3]) == (walking_gait.domains[1].duration, 200.0, 30.0)
+
+
+def test_the_margin_to_a_fall_counts_from_the_ground(walking_gait: Gait) -> None:
+    """The same pose on a slope, turned and raised with it, has the same margin; below 6 % of a leg it has fallen."""
+    robot, slope = walking_gait.robot, Plane(slope=0.3)
+    margins = {}
+    for ground in (FLAT, slope):
+        contacts = Contacts(robot, ("fr", "rl"), ground=ground)
+        q = ca.SX.sym("q", robot.size)
+        margins[ground] = ca.Function("margin", [q], [fall_margin(contacts, q)])
+    q = np.zeros(robot.size)
+    for pitch in (0.0, 0.4, 1.2, 1.4):
+        q[:3], q[4] = [0.3, -0.1, 0.5], pitch
+        upright = float(margins[FLAT](q))
+        q[2] += float(slope.height(q[0], q[1]))
+        q[4] = pitch - 0.3  # the slope rises along x: nose up
+        assert float(margins[slope](q)) == pytest.approx(upright, abs=1e-12)
+    q[:] = 0.0
+    for height, sign in ((0.059, -1.0), (0.061, 1.0)):
+        q[2] = height * robot.leg_length
+        assert np.sign(float(margins[FLAT](q))) == sign

@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 from amble.control.allocation import DropActuator
-from amble.errors import InputError
+from amble.errors import InputError, UnknownNameError
 from amble.gait.files import load_gait, save_gait
+from amble.hybrid import HeightField, Plane
 from amble.robot import catalogue
 from tests.gait.example import random_gait
+from tests.grounds import on_ground
 
 
 def assert_same(left: Any, right: Any) -> None:
@@ -51,6 +53,21 @@ def test_round_trip_is_exact(tmp_path: Path, seed: int, stabilised: bool) -> Non
     again = load_gait(save_gait(gait, tmp_path / "gait.json"))
     assert_same(gait, again)
     assert again.robot.hash == gait.robot.hash
+
+
+def test_ground_and_contact_are_in_the_file(tmp_path: Path) -> None:
+    gait = on_ground(random_gait(1), Plane(slope=0.1, friction=0.7))
+    path = save_gait(gait, tmp_path / "gait.json")
+    tree = json.loads(path.read_text())
+    assert tree["pattern"]["ground"]["parameters"] == {"friction": 0.7, "slope": 0.1, "heading": 0.0}
+    assert tree["pattern"]["contact"] == {"name": "point", "parameters": {}}
+    assert load_gait(path).pattern == gait.pattern
+    tree["pattern"]["ground"]["name"] = "moon"
+    path.write_text(json.dumps(tree))
+    with pytest.raises(UnknownNameError, match="unknown ground 'moon'; known: plane"):
+        load_gait(path)
+    with pytest.raises(InputError, match="cannot be written to a file"):
+        save_gait(on_ground(gait, HeightField(function=lambda x, y: 0.1 * x * y, symmetric=True)), path)
 
 
 def test_the_file_is_strict_json_with_units(saved: Path) -> None:

@@ -7,10 +7,11 @@ import sys
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, replace
 
+import numpy as np
 import pytest
 
 from amble.errors import UnknownNameError
-from amble.robot import Robot, catalogue, load_robot
+from amble.robot import Robot, catalogue, kinematics, load_robot
 from amble.types import frozen
 from tests.robots import ROBOTS, path, robot
 
@@ -121,3 +122,17 @@ def test_look_ups_name_what_exists() -> None:
 
 def test_total_mass() -> None:
     assert robot("astro").mass == pytest.approx(10.1 + 4 * (1.18 + 1.39 + 0.28), rel=1e-14)
+
+
+def test_the_leg_length_is_that_of_the_longest_stretched_leg() -> None:
+    """Longer than any distance from hip to foot that a pose can make, and reached by some pose."""
+    model = robot("astro")
+    generator = np.random.default_rng(0)
+    reached = 0.0
+    for pose in generator.uniform(-np.pi, np.pi, (2000, model.size)):
+        pose[:6] = 0.0
+        for foot in model.feet:
+            place = np.asarray(kinematics.foot_position(model, foot.name, pose)).ravel()
+            reached = max(reached, float(np.linalg.norm(place)))
+    assert reached <= model.leg_length
+    assert reached >= 0.8 * model.leg_length

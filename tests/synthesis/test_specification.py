@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from amble.errors import InputError, UnknownNameError
-from amble.hybrid import Plane
+from amble.hybrid import POINT, Plane
 from amble.io.units import UNITS, parse_quantity
 from amble.robot import catalogue
 from amble.synthesis import GaitProblem
@@ -137,6 +137,21 @@ def test_a_long_specification_is_read_completely(tmp_path: Path, own_robot: str)
     assert limits.positions["yaw"] == (pytest.approx(-math.pi / 18), pytest.approx(math.pi / 18))
     assert limits.touchdown_velocity == ((-0.2, 0.3), (-0.1, 0.1), (-2.0, 0.0))
     assert found.pattern.ground.friction == 0.5
+
+
+def test_a_slope_is_part_of_the_ground(tmp_path: Path) -> None:
+    slope = '[ground]\nfriction = 0.8\nslope = "10 deg"\n'
+    found = problem(tmp_path, SMALLEST + slope).pattern
+    assert found.ground == Plane(friction=0.8, slope=math.radians(10.0))
+    assert found.contact == POINT
+    with pytest.raises(UnknownNameError, match="unknown ground 'moon'; known: plane"):
+        problem(tmp_path, SMALLEST + '[ground]\nname = "moon"\n')
+    with pytest.raises(UnknownNameError, match="unknown contact 'wheel'; known: point"):
+        problem(tmp_path, SMALLEST + '[contact]\nname = "wheel"\n')
+    with pytest.raises(InputError, match="takes no slope or heading"):
+        problem(tmp_path, SMALLEST + '[ground]\nname = "moon"\nslope = 0.1\n')
+    with pytest.raises(InputError, match="takes slope and heading, no parameters"):
+        problem(tmp_path, SMALLEST + "[ground]\nparameters = { slope = 0.1 }\n")
 
 
 UNKNOWN = {

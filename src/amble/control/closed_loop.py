@@ -101,7 +101,7 @@ def _functions(
     jacobian = ca.densify(
         ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
     )
-    signals, margin = _signals(contacts, q, v, loop), _margin(contacts, q)
+    signals, margin = _signals(contacts, q, v, loop), fall_margin(contacts, q)
     guard, after = _guard(contacts, switch, q, loop), _reset(landed, switch, q, v)
     symbols = [t, x, p]
     slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}
@@ -120,8 +120,8 @@ def _function(name: str, symbols: list[ca.SX], results: dict[str, ca.SX]) -> ca.
     return ca.Function(name, symbols, ca.cse(list(results.values())), ARGUMENTS, list(results))
 
 
-def _margin(contacts: Contacts, q: ca.SX) -> ca.SX:
-    """Margin to a fall: the base's height above the ground under it, and how upright it is against the normal there."""
+def fall_margin(contacts: Contacts, q: ca.SX) -> ca.SX:
+    """Return the margin to a fall: height of the base above the ground under it, and how upright it is there."""
     ground, rotation = contacts.ground, kinematics.base_rotation(q)
     height = q[2] - ground.height(q[0], q[1])
     upright = rotation[2, 2] if ground.level else ca.dot(ground.normal(q[:3]), rotation[:, 2])

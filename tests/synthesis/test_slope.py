@@ -1,0 +1,98 @@
+"""A gait up a slope: solved, checked by the check's own means, and repeated by its closed loop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from amble.control import joint_outputs
+from amble.errors import InputError
+from amble.gait import Gait
+from amble.gait.closed_loop import closed_loop, start_state
+from amble.hybrid import FLAT, GaitPattern, Plane, gait_pattern
+from amble.hybrid.gaits import amble
+from amble.robot import catalogue
+from amble.simulation import simulate
+from amble.synthesis import GaitProblem, gait_problem, synthesize
+from amble.synthesis.program import build_program
+from amble.verification.check import check
+
+SLOPE = Plane(slope=np.radians(10.0))
+
+
+def problem(pattern: GaitPattern) -> GaitProblem:
+    """A coarse mesh, where accelerations may overshoot their limit between the nodes."""
+    posed = gait_problem(pattern, joint_outputs(pattern), 0.2, duration=(0.1, 0.2), intervals=6)
+    return replace(posed, limits=replace(posed.limits, acceleration=500.0))
+
+
+@pytest.fixture(scope="module")
+def gait() -> Gait:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMBLE_COMPILER", "none")  # solving once is shorter than compiling
+        return synthesize(problem(amble(catalogue.astro(), SLOPE)), tolerance=1e-7)
+
+
+def test_a_gait_up_a_slope_passes_its_check(gait: Gait) -> None:
+    # six intervals a domain: the motion between the nodes is off by 1e-4, with fifteen by less than 1e-5
+    report = check(gait, grid=2, tolerance=2e-4, slack=1e-2)
+    assert report.passed, str(report)
+
+
+def test_the_robot_climbs(gait: Gait) -> None:
+    first, last = gait.domains[0].positions[0], gait.domains[-1].positions[-1]
+    advance = last - gait.robot.mirror.position(first)
+    assert advance[0] == pytest.approx(0.2 * gait.period / 2.0, abs=1e-9)
+    assert advance[2] == pytest.approx(np.tan(SLOPE.slope) * advance[0], abs=1e-9)
+
+
+def test_the_check_sees_another_slope(gait: Gait) -> None:
+    flatter = replace(gait, pattern=replace(gait.pattern, ground=Plane(slope=np.radians(9.9))))
+    failed = {finding.family for finding in check(flatter, grid=1, tolerance=1e-4, slack=1e-2).failed}
+    assert {"contact", "guard", "periodicity"} <= failed
+
+
+def test_the_closed_loop_walks_along_the_slope(gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AMBLE_COMPILER", "none")
+    system = closed_loop(gait)
+    assert [symmetry.name for symmetry in system.symmetries] == ["x", "y"]  # no turn about the vertical
+    trace = simulate(system, start_state(gait), 1)
+    moved = trace.state[-1, :3] - trace.state[0, :3]
+    assert trace.ended == "completed"
+    # touchdown falls where the optimised motion has it, to the error of the coarse mesh times its growth in a cycle
+    assert moved[2] == pytest.approx(np.tan(SLOPE.slope) * moved[0], abs=2e-3)
+    assert moved[2] > 5e-3
+
+
+def test_a_mirrored_gait_refuses_ground_that_is_not() -> None:
+    with pytest.raises(InputError, match="the same on the left and on the right"):
+        amble(catalogue.astro(), Plane(slope=0.1, heading=0.5))
+
+
+def test_lift_off_on_a_slope_is_a_row_where_it_is_a_bound_on_the_level() -> None:
+    """Walking with four and three feet by turns: a foot lifts while none lands."""
+    robot = catalogue.astro()
+    feet = robot.foot_names
+    table = [row for swing in feet for row in (feet, [foot for foot in feet if foot != swing])]
+    joints = robot.joint_names
+    free = {f"D{k}": [name for name in joints if "pitch" in name or name in joints[:6:3]] for k in (1, 3, 5, 7)}
+    for k, swing in zip((2, 4, 6, 8), feet, strict=True):
+        free[f"D{k}"] = [name for name in joints if "pitch" in name and not name.startswith(swing)]
+    programs = []
+    for ground in (FLAT, SLOPE):
+        pattern = gait_pattern(robot, table, ground=ground)
+        outputs = joint_outputs(pattern, free=free)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("AMBLE_COMPILER", "none")
+            programs.append(build_program(gait_problem(pattern, outputs, 0.1, intervals=2)))
+    level, sloped = (set(program.program.row_names) for program in programs)
+    assert level < sloped
+    extra = sloped - level
+    assert {name for name in extra if "lift-off" in name} == {
+        f"D{2 * k + 1}->D{2 * k + 2} lift-off force {foot} (10 N)" for k, foot in enumerate(feet)
+    }
+    assert all("lift-off force" in name or "normal force" in name or "base above the ground" in name for name in extra)
+    fixed = [np.count_nonzero(program.lower == program.upper) for program in programs]
+    assert fixed[0] - fixed[1] == 4  # the normal forces at the four lift-offs
