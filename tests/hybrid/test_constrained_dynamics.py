@@ -227,18 +227,3 @@ def test_without_feet_the_robot_flies(name: str) -> None:
         mass, bias = theirs.mass_matrix(pose), theirs.bias(pose, rate)
         np.testing.assert_allclose(mass @ free[:, 0], -bias, atol=1e-10 * np.abs(bias).max())
         np.testing.assert_allclose(mass @ inputs, np.asarray(ca.DM(selection(model))), atol=1e-10)
-
-
-def test_the_response_solves_the_equations(name: str) -> None:
-    case = build_case(name, 2)
-    model = case.model
-    q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
-    force, contact = ca.SX.sym("force", model.size, 2), ca.SX.sym("contact", 6, 2)
-    response = constrained_dynamics(Contacts(model, case.feet), q, v).respond(force, contact)
-    function = ca.Function("respond", [q, v, force, contact], [response])
-    generator = np.random.default_rng(24)
-    for place in range(20):
-        forces, contacts = generator.normal(size=(model.size, 2)), generator.normal(size=(6, 2))
-        ours = np.asarray(function(case.q[place], case.v[place], forces, contacts))
-        expected = np.linalg.solve(case.equations[place], np.vstack([forces, contacts]))[: model.size]
-        np.testing.assert_allclose(ours, expected, atol=1e-9 * np.abs(expected).max())

@@ -63,6 +63,8 @@ class Samples:
             forces: world frame, (n, n_f).
         """
         pattern, shape = self.pattern, (len(self.times), len(self.robot.feet), -1)
+        if pattern.ground.level:
+            return forces.reshape(shape)
         q = ca.SX.sym("q", self.robot.size)
         points = ca.Function("points", [q], [pattern.all_contacts.points(q)]).map(len(self.times))(self.positions.T)
         frames = pattern.ground.frame(np.asarray(points).T.reshape(shape))

@@ -25,9 +25,6 @@ class ConstrainedDynamics:
         force_map: d lambda / d u, (n_f, n_joints).
         jacobian: J of the stance feet, (n_f, n_q).
         positions: stance feet, world frame, (3 n_c,), m.
-        mass: factor of D.
-        spread: D^-1 J^T, (n_q, n_f).
-        apparent: factor of J D^-1 J^T, None without stance feet.
     """
 
     free_acceleration: ca.SX
@@ -36,21 +33,6 @@ class ConstrainedDynamics:
     force_map: ca.SX
     jacobian: ca.SX
     positions: ca.SX
-    mass: SymmetricFactor
-    spread: ca.SX
-    apparent: SymmetricFactor | None
-
-    def respond(self, force: ca.SX, contact: ca.SX) -> ca.SX:
-        """Return the accelerations a with D a = force + J^T lambda and J a = contact, one column a case.
-
-        Args:
-            force: generalised forces, (n_q, k).
-            contact: accelerations of the stance feet, (n_f, k).
-        """
-        motion = self.mass.solve(force)
-        if self.apparent is None:
-            return motion
-        return motion + self.spread @ self.apparent.solve(contact - self.jacobian @ motion)
 
 
 def selection(robot: Robot) -> ca.SX:
@@ -78,9 +60,6 @@ def constrained_dynamics(contacts: Contacts, q: ca.SX, v: ca.SX) -> ConstrainedD
             force_map=ca.SX(0, len(robot.joints)),
             jacobian=J,
             positions=positions,
-            mass=D,
-            spread=J.T,
-            apparent=None,
         )
     Y = D.solve(J.T)
     apparent = SymmetricFactor.of(J @ Y)  # J D^-1 J^T, the inverse of the mass seen at the feet
@@ -93,9 +72,6 @@ def constrained_dynamics(contacts: Contacts, q: ca.SX, v: ca.SX) -> ConstrainedD
         force_map=force_map,
         jacobian=J,
         positions=positions,
-        mass=D,
-        spread=Y,
-        apparent=apparent,
     )
 
 

@@ -54,7 +54,7 @@ class Mirror:
     Attributes:
         coordinates: q and v -> mirrored q and v.
         joints: joint angles, rates and torques -> mirrored ones.
-        forces: contact forces of all feet in foot order, world axes -> mirrored ones.
+        forces: vectors at all feet in foot order (positions, velocities, forces), world axes -> mirrored ones.
         feet: foot label -> label of its twin.
         asymmetry: the largest relative deviation from exact symmetry that was found.
     """
@@ -80,7 +80,7 @@ class Mirror:
         return self.joints(u)
 
     def force(self, f: Any) -> Any:
-        """Mirror contact forces of all feet in foot order, (3 n_feet,)."""
+        """Mirror vectors at all feet in foot order, (3 n_feet,)."""
         return self.forces(f)
 
 
