@@ -17,8 +17,8 @@ from amble.verification.check import check
 from amble.verification.findings import CheckReport, Finding, limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
-from tests.hostile import with_names
 from tests.grounds import on_friction
+from tests.hostile import with_names
 
 NO_TIMES = np.arange(3.0)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import inf
 
 from amble.errors import InputError, Row
+from amble.robot import Robot
 
 LARGEST_FRICTION = 2.0
 """No foot on any floor of practice holds more; rubber on rough concrete has about 1."""
@@ -68,19 +69,19 @@ class Limits:
                 raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")
 
 
-def sensible_rows(limits: Limits, gravity: float, mass: float, leg_length: float) -> tuple[Row, ...]:
+def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Row, ...]:
     """Return the bounds that a verdict on a gait rests on as rows: outside their own bounds they are absurd.
 
     Args:
         limits: bounds of the gait.
-        gravity: of its robot, m/s^2.
-        mass: of its robot, kg.
-        leg_length: of its robot, m.
+        friction: coefficient of its ground.
+        robot: its robot.
     """
-    least = SMALLEST_TORQUE * mass * abs(gravity) * leg_length
+    gravity = robot.gravity
+    least = SMALLEST_TORQUE * robot.mass * abs(gravity) * robot.leg_length
     return (
         Row("sensible gravity", GRAVITY[0], gravity, GRAVITY[1]),
-        Row("sensible friction coefficient", 0.0, limits.friction, LARGEST_FRICTION),
+        Row("sensible friction coefficient", 0.0, friction, LARGEST_FRICTION),
         *(Row(f"sensible torque limit of '{joint}'", least, torque, inf) for joint, torque in limits.torques.items()),
     )
 

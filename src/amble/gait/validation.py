@@ -105,7 +105,7 @@ def _check_outputs(gait: Gait) -> None:
         for name in coordinates:
             if name not in known:
                 raise UnknownNameError(f"output of domain '{stance.name}'", name, known)
-        needed = actuated_freedoms(gait.robot, stance.feet)
+        needed = actuated_freedoms(gait.pattern.contacts(stance))
         if len(coordinates) != needed or len(set(coordinates)) != needed:
             raise InputError(
                 f"domain '{stance.name}' has {len(set(coordinates))} different outputs of {len(coordinates)}; "

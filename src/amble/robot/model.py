@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -195,14 +194,6 @@ class Robot:
     def legs(self) -> Mapping[str, tuple[str, ...]]:
         """Foot label -> names of the joints between base and foot, base side first."""
         return {foot.name: tuple(self.joints[j].name for j in self.chain(foot.link)) for foot in self.feet}
-
-    @cached_property
-    def leg_length(self) -> float:
-        """Length of the longest leg, stretched joint by joint from the base to its foot, m."""
-        return max(
-            sum(math.hypot(*self.joints[j].translation) for j in self.chain(foot.link)) + math.hypot(*foot.offset)
-            for foot in self.feet
-        )
 
     @cached_property
     def mirror(self) -> Mirror:

@@ -14,7 +14,7 @@ COMPLETED = "completed"
 
 @dataclass(frozen=True)
 class Event:
-    """One arc from a domain to the next.
+    """One passage from a domain to the next.
 
     Attributes:
         time: time since the start of the simulation, s.
@@ -70,7 +70,7 @@ class Trace:
 
     @property
     def completed(self) -> bool:
-        """Whether every cycle that was asked for was solution."""
+        """Whether every cycle that was asked for was completed."""
         return self.ended == COMPLETED
 
     @property

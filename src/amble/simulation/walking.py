@@ -1,4 +1,4 @@
-"""The closed loop of a gait, solution for many cycles."""
+"""The closed loop of a gait, walked for many cycles."""
 
 from __future__ import annotations
 

@@ -65,8 +65,7 @@ def _sound(rows: tuple[Row, ...]) -> tuple[Row, ...]:
 
 
 def _sensible(gait: Gait) -> tuple[Row, ...]:
-    robot = gait.robot
-    return sensible_rows(gait.limits, robot.gravity, robot.mass, robot.leg_length)
+    return sensible_rows(gait.limits, gait.pattern.ground.friction, gait.robot)
 
 
 def _recorded(gait: Gait, before: tuple[Row, ...]) -> tuple[Row, ...]:
@@ -89,7 +88,7 @@ def held_against(gait: Gait) -> Json:
     """
     limits = gait.limits
     return {
-        "friction": limits.friction,
+        "friction": gait.pattern.ground.friction,
         "normal_force_N": 0.0,
         "gravity_m_s2": gait.robot.gravity,
         "torque_limits_N_m": {joint: finite(value) for joint, value in limits.torques.items()},

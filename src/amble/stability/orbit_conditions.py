@@ -44,7 +44,7 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
     trace = simulate(system, state, 1, TOLERANCE)
     if not trace.completed:
         return (Row(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
-    bounds = replace(ContactBounds.of_limits(gait.limits), torques={}, speeds={})
+    bounds = replace(ContactBounds.of_gait(gait), torques={}, speeds={})
     return (
         *_entry_rows(gait, state),
         *_duration_rows(gait, trace),
@@ -79,13 +79,13 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Row]:
     stances, solved = gait.pattern.stances, len(gait.pattern.solved)
     rows = []
     for number, stance in enumerate(stances):
-        solution = float(trace.clock[trace.domain == number][-1])
+        walked = float(trace.clock[trace.domain == number][-1])
         trajectory = gait.domains[number % solved]
         claims = {"recorded": trajectory.duration}
         if gait.feedback is not None:
             claims["of the feedback"] = gait.feedback.durations[trajectory.name]
         rows += [
-            Row(f"{stance.name} duration against that {what}", (1.0 - RECORD) * claim, solution, (1.0 + RECORD) * claim)
+            Row(f"{stance.name} duration against that {what}", (1.0 - RECORD) * claim, walked, (1.0 + RECORD) * claim)
             for what, claim in claims.items()
         ]
     return rows
@@ -93,27 +93,31 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Row]:
 
 def _speed_row(gait: Gait, trace: Trace) -> Row:
     margin = RECORD * _velocity(gait)
-    solution = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
-    return Row("speed solution against the speed claimed", gait.speed - margin, solution, gait.speed + margin)
+    walked = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
+    return Row("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
 
 
 def _ground_rows(gait: Gait, trace: Trace) -> list[Row]:
     """Stance feet on the ground from entry to end, neither above nor below; landing feet coming down onto it."""
     feet, pattern = gait.robot.foot_names, gait.pattern
-    height = trace.signals["foot"].reshape(len(trace.time), len(feet), 3)[:, :, 2]
-    rate = trace.signals["foot_velocity"].reshape((*height.shape, 3))[:, :, 2]
+    points = trace.signals["foot"].reshape(len(trace.time), len(feet), -1)
+    velocities = trace.signals["foot_velocity"].reshape(points.shape)
+    gap = pattern.ground.gap(points)
+    rate = np.sum(velocities * pattern.ground.normal(points), axis=-1)
     margin, slowest = GROUND * gait.robot.leg_length, LANDING * _velocity(gait)
     rows = []
     for number, switch in enumerate(pattern.all_switches):
         inside = np.flatnonzero(trace.domain == number)
         for foot in switch.source.feet:
-            values = height[inside, feet.index(foot)]
+            values = gap[inside, feet.index(foot)]
             worst = float(values[np.argmax(np.abs(values))])
             rows.append(Row(f"{switch.source.name} {foot} height on the ground", -margin, worst, margin))
         for foot in switch.landing:
             end = inside[-1], feet.index(foot)
-            rows.append(Row(f"{switch.name} {foot} height at touchdown", -margin, float(height[end]), margin))
-            rows.append(Row(f"{switch.name} {foot} touchdown velocity z", -np.inf, float(rate[end]), -slowest))
+            rows.append(Row(f"{switch.name} {foot} height at touchdown", -margin, float(gap[end]), margin))
+            rows.append(
+                Row(f"{switch.name} {foot} touchdown velocity along the normal", -np.inf, float(rate[end]), -slowest)
+            )
     return rows
 
 

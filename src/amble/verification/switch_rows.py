@@ -88,7 +88,7 @@ def plastic(at: Terms) -> tuple[Vector, Vector]:
     try:
         solution = np.linalg.solve(system, np.concatenate([D @ v, np.zeros(c)]))
     except np.linalg.LinAlgError:
-        raise WorkError(f"no impulse stops the feet {', '.join(at.feet)} at the end of the motion") from None
+        raise WorkError(f"no impulse stops the feet {', '.join(at.contacts.feet)} at the end of the motion") from None
     return solution[:n], solution[n:]
 
 

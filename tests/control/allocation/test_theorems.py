@@ -19,8 +19,7 @@ from amble.control import (
 )
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints, pack
-from amble.hybrid import stance_jacobian
-from amble.hybrid import Contacts
+from amble.hybrid import Contacts, stance_jacobian
 from amble.hybrid.internal_forces import point_forces
 from tests import robots
 from tests.control.allocation.stances import NAMES, allocate, dynamics, random_postures, samples, stance_feet
