@@ -21,7 +21,9 @@ from amble.hybrid import CONTACTS, Contacts, Plane, constrained_dynamics, impact
 from amble.hybrid.gaits import amble
 from amble.robot import kinematics
 from amble.simulation import simulate
-from amble.synthesis import GaitProblem
+from amble.synthesis import GaitProblem, gait_problem
+from amble.synthesis.initial_guess import initial_guess
+from amble.synthesis.program import build_program
 from amble.verification.output_dynamics import OutputDynamics
 from amble.verification.stance_model import allocated, terms
 from tests.control.allocation.stances import random_postures
@@ -133,6 +135,27 @@ def test_the_closed_loop_on_the_new_contact_moves_as_numpy_says(law: PseudoInver
             np.testing.assert_allclose(
                 np.asarray(mine.full()).ravel(), theirs[0], atol=tolerance * np.abs(theirs).max()
             )
+
+
+def test_the_gait_problem_holds_the_new_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AMBLE_COMPILER", "none")
+    pattern = amble(robot("astro"), Plane(slope=0.1), TORSIONAL)
+    free = {"D1": ["rl_hip_pitch", "fr_hip_yaw"], "D2": ["rr_hip_pitch", "fr_hip_yaw"]}
+    program = build_program(gait_problem(pattern, joint_outputs(pattern, free=free), 0.2, intervals=2))
+    names = program.program.row_names
+    for name in ("D1 node 0 contact rl twist", "D1->D2 impact rr twist", "D2 node 1 friction fr +x-twist (10 N)"):
+        assert name in names
+    guess = initial_guess(program.problem, program.layout)
+    values, slopes = program.program.jacobian(guess / program.layout.scale, program.parameters)
+    assert np.all(np.isfinite(np.asarray(values)))
+    # derivatives of the new rows by differences
+    new = [row for row, name in enumerate(names) if "twist" in name]
+    generator = np.random.default_rng(8)
+    at, direction, step = guess / program.layout.scale, generator.normal(size=guess.size), 1e-6
+    ends = [np.asarray(program.program.nlp(at + s * direction, program.parameters)[1]).ravel() for s in (-step, step)]
+    expected = (ends[1] - ends[0])[new] / (2.0 * step)
+    ours = np.asarray(slopes @ direction).ravel()[new]
+    np.testing.assert_allclose(ours, expected, atol=1e-6 * np.abs(expected).max())
 
 
 def test_the_new_contact_is_written_and_mirrored() -> None:

@@ -7,7 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from amble.analysis import ContactBounds, contact_report, samples_of_gait, samples_of_trace
+from amble.analysis.allocation import AllocationLimits, allocation_metrics
 from amble.control import joint_outputs
+from amble.control.actuator import PAPER
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
@@ -18,6 +21,7 @@ from amble.simulation import simulate
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.program import build_program
 from amble.verification.check import check
+from amble.verification.stance_model import terms
 
 SLOPE = Plane(slope=np.radians(10.0))
 
@@ -96,3 +100,36 @@ def test_lift_off_on_a_slope_is_a_row_where_it_is_a_bound_on_the_level() -> None
     assert all("lift-off force" in name or "normal force" in name or "base above the ground" in name for name in extra)
     fixed = [np.count_nonzero(program.lower == program.upper) for program in programs]
     assert fixed[0] - fixed[1] == 4  # the normal forces at the four lift-offs
+
+
+def test_samples_follow_the_slope_and_turn_forces_into_it(gait: Gait) -> None:
+    samples = samples_of_gait(gait, cycles=2)
+    joins = np.flatnonzero(np.diff(samples.segments))
+    np.testing.assert_allclose(samples.positions[joins, :3], samples.positions[joins + 1, :3], atol=1e-8)
+    climbed = samples.positions[-1, 2] - samples.positions[0, 2]
+    assert climbed == pytest.approx(2 * gait.period * gait.speed * np.tan(SLOPE.slope), abs=1e-8)
+    local = samples.local_forces(samples.forces)
+    for domain, stance in zip(gait.domains, gait.pattern.solved, strict=True):
+        at = terms(gait.pattern.contacts(stance), domain.positions, domain.velocities)
+        rows = np.flatnonzero(samples.stances == gait.pattern.stances.index(stance))[: len(domain.times)]
+        for foot in stance.feet:
+            expected = at.local_force(foot, domain.forces)
+            np.testing.assert_allclose(local[rows, gait.robot.foot_names.index(foot)], expected, atol=1e-10)
+
+
+def test_check_monitors_and_comparison_name_the_same_forces(gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Normal force and friction used at the entry of the first stance, from three places, under the slope's normal."""
+    monkeypatch.setenv("AMBLE_COMPILER", "none")
+    trace = simulate(closed_loop(gait), start_state(gait), 1)
+    report = contact_report(trace, gait.pattern, ContactBounds.of_gait(gait))
+    bounds = AllocationLimits(SLOPE.friction, 0.0, {})
+    (compared,) = allocation_metrics(samples_of_trace(trace, gait.pattern), {"pinv": gait.law}, bounds, [PAPER])
+    assert compared.friction_used == pytest.approx(report.max_friction, rel=1e-9)
+    assert compared.min_normal_force == pytest.approx(report.min_normal_force, rel=1e-9)
+    (nominal,) = allocation_metrics(samples_of_gait(gait), {"pinv": gait.law}, bounds, [PAPER])
+    rows = {finding.row.name: finding.row.value for finding in check(gait, grid=1).findings}
+    smallest = min(value for name, value in rows.items() if " normal force " in name)
+    assert nominal.min_normal_force == pytest.approx(smallest, rel=1e-6)  # check solves for the forces itself
+    normal = np.asarray(SLOPE.normal(np.zeros(3)))
+    lightest = min(float(np.min(d.forces.reshape(len(d.times), -1, 3) @ normal)) for d in gait.domains)
+    assert nominal.min_normal_force == pytest.approx(lightest, rel=1e-12)
