@@ -16,7 +16,7 @@ import pytest
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.files import gait_tree, load_gait, save_gait
-from amble.hybrid import Domain, GaitPattern, Stance, Transition
+from amble.hybrid import Domain, Stance, Transition
 from amble.io.codec import dumps
 from amble.names import LONGEST, check_distinct, check_name, identifier
 from amble.robot import Robot, load_robot
@@ -73,7 +73,7 @@ def test_words_are_their_own_identifiers_and_others_get_one_each() -> None:
 def test_domains_and_transitions_of_any_name_become_functions() -> None:
     """casadi refused a space in the name of a function, so a domain could not be called "left stance"."""
     x = ca.SX.sym("x")
-    domain = Domain.from_expressions("left stance", x, -x, signals={"a": x}, alive=x)
+    domain = Domain.from_expressions("left stance", x, -x, signals={"a": x}, admissibility=x)
     assert domain.name == "left stance"
     assert Transition.from_expressions("left stance", "*/", x, x, x).name == "left stance->*/"
     with pytest.raises(InputError, match="the name of a domain"):
@@ -112,8 +112,8 @@ def test_the_other_records_refuse_names(stabilised_gait: Gait) -> None:
         lambda: replace(robot, source="\ud800.urdf"),
         lambda: replace(robot.feet[0], frame="\n"),
         lambda: Stance("a\nb", ("fl",)),
-        lambda: GaitPattern(robot, stances, True, "a\nb"),
-        lambda: GaitPattern(robot, (stances[0], replace(stances[1], name=stances[0].name), *stances[2:]), True),
+        lambda: replace(gait.pattern, name="a\nb"),
+        lambda: replace(gait.pattern, stances=(stances[0], replace(stances[1], name=stances[0].name), *stances[2:])),
         lambda: replace(gait.solver, status="\ud800"),
         lambda: replace(gait, versions={"casadi": "\x1b[31m"}),
     ):

@@ -17,12 +17,13 @@ from amble.errors import AmbleError, CertificateError, InputError, Row
 from amble.gait import DomainTrajectory, Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import load_gait
-from amble.report import certification
 from amble.robot import Robot
+from amble.stability import gait_certificate as certification
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.gait_certificate import certify_gait, held_against
 from amble.stability.orbit_conditions import orbit_conditions
 from amble.types import frozen
+from tests.grounds import on_friction
 
 TROT = Path(__file__).parents[1] / "data" / "trot-front-feet-in-the-air.json"
 
@@ -42,8 +43,9 @@ def with_domains(gait: Gait, change: Callable[[DomainTrajectory], dict[str, Any]
     return replace(gait, domains=tuple(replace(domain, **change(domain)) for domain in gait.domains))
 
 
-def with_limits(gait: Gait, **fields: Any) -> Gait:
-    return replace(gait, limits=replace(gait.limits, **fields))
+def with_limits(gait: Gait, friction: float | None = None, **fields: Any) -> Gait:
+    changed = replace(gait, limits=replace(gait.limits, **fields))
+    return changed if friction is None else on_friction(changed, friction)
 
 
 def scaled_inertia(robot: Robot, index: int, factor: float) -> Robot:

@@ -19,7 +19,7 @@ from amble.control import (
 )
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints, pack
-from amble.hybrid import Contacts, stance_jacobian
+from amble.hybrid import Contacts
 from amble.hybrid.internal_forces import point_forces
 from tests import robots
 from tests.control.allocation.stances import NAMES, allocate, dynamics, random_postures, samples, stance_feet
@@ -156,7 +156,7 @@ def test_null_torques_have_no_net_power_where_the_feet_rest(name: str, count: in
     """docs/theory/energy.md, eq. 8: so the mechanical work of all joints together does not depend on the law."""
     robot = robots.robot(name)
     symbol = ca.SX.sym("q", robot.size)
-    slopes = ca.Function("J", [symbol], [stance_jacobian(robot, stance_feet(robot, count), symbol)])
+    slopes = ca.Function("J", [symbol], [Contacts(robot, stance_feet(robot, count)).jacobian(symbol)])
     for q, v in zip(*random_postures(name, 10, seed=7), strict=True):
         J, null = np.asarray(slopes(q).full()), np.asarray(dynamics(name, count)(q, v)[4].full())
         rest = v - np.linalg.lstsq(J, J @ v, rcond=None)[0]
