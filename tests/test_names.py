@@ -15,9 +15,9 @@ import pytest
 
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait.files import gait_tree, load_gait, save_gait
+from amble.gait.files import load_gait, save_gait, to_dict
 from amble.hybrid import Domain, Stance, Transition
-from amble.io.codec import dumps
+from amble.io.storage import dumps
 from amble.names import LONGEST, check_distinct, check_name, identifier
 from amble.robot import Robot, load_robot
 from amble.robot.model import BASE_COORDINATES
@@ -153,7 +153,7 @@ def test_hostile_texts_in_a_gait_file(stabilised_gait: Gait, tmp_path: Path) -> 
     gait = replace(stabilised_gait, multipliers=None)
     file, outcomes = tmp_path / "gait.json", {True: 0, False: 0}
     head = {"format": "amble gait", "format_version": 2, "versions": dict(gait.versions)}
-    plain = json.loads(dumps({**head, **gait_tree(gait)}))
+    plain = json.loads(dumps({**head, **to_dict(gait)}))
     for number, name in enumerate(drawn(2, 40)):
         old = fields(gait)[number % len(fields(gait))]
         sound = allowed(name) and name not in (*fields(gait), "x", "roll") and not name.startswith("rate of ")

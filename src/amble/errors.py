@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -21,6 +22,16 @@ def printable(text: str, keep: str = "") -> str:
         letter if letter.isprintable() or letter in keep else letter.encode("unicode_escape").decode("ascii")
         for letter in text
     )
+
+
+def shown(value: object, most: int = 80) -> str:
+    """Return a value from outside as it may stand in a sentence: on one line, printable, not long.
+
+    Text stands as it is where it can, anything else as Python writes it.
+    """
+    text = value if isinstance(value, str) else reprlib.repr(value)
+    text = printable(text)
+    return text if len(text) <= most else f"{text[:most]}..."
 
 
 class AmbleError(Exception):
@@ -43,8 +54,8 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        listing = ", ".join(self.known) or "none"
-        super().__init__(f"unknown {kind} '{name}'; known: {listing}")
+        listing = ", ".join(map(shown, self.known)) or "none"
+        super().__init__(f"unknown {kind} '{shown(name)}'; known: {listing}")
 
 
 class MissingExtraError(InputError):

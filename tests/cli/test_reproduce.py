@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 
-from amble.gait.files import load_gait
+from amble.gait.files import content_hash, load_gait
 from amble.simulation import load_trace
-from amble.stability.gait_certificate import content_hash
 from tests.cli.run import exit_code
 
 METRICS = ("cot", "peak_torque", "rms_torque")

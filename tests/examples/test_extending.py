@@ -159,7 +159,7 @@ def test_the_gait_problem_holds_the_new_contact(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_new_contact_is_written_and_mirrored() -> None:
-    assert CONTACTS.to_dict(TORSIONAL) == {"name": "torsional", "parameters": {"radius": 0.02}}
+    assert CONTACTS.encode(TORSIONAL, "file") == {"name": "torsional", "parameters": {"radius": 0.02}}
     assert CONTACTS.build("torsional", {"radius": 0.02}) == TORSIONAL
     mirror = amble(robot("astro"), contact=TORSIONAL).all_contacts.mirror
     forces = np.arange(1.0, 17.0)

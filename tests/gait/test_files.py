@@ -72,7 +72,7 @@ def test_ground_and_contact_are_in_the_file(tmp_path: Path) -> None:
 
 def test_the_file_is_strict_json_with_units(saved: Path) -> None:
     tree = json.loads(saved.read_text(), parse_constant=pytest.fail)
-    assert tree["format_version"] == 2
+    assert tree["format_version"] == 3
     assert tree["speed"] == {"value": 0.2, "unit": "m/s"}
     assert tree["limits"]["torques"]["fl_knee"] == {"value": "inf", "unit": "N m"}
     assert tree["domains"]["D1"]["positions"]["units"][:4] == ["m", "m", "m", "rad"]
@@ -107,11 +107,13 @@ def change(*path: str | int, to: Any = None) -> Callable[[Any], None]:
 
 
 WRONG = {
-    "version": (change("format_version", to=1), "format version 1; this package reads 2"),
+    "version 2": (change("format_version", to=2), "format version 2; amble 0.1.0 reads it"),
+    "later version": (change("format_version", to=4), "format version 4; this release reads 3"),
+    "version in words": (change("format_version", to="3"), "format version 3; this release reads 3"),
     "format": (change("format", to="other"), "not a gait file"),
     "no version": (change("format_version"), "format version None"),
     "missing part": (change("solver"), "'solver' is missing"),
-    "unknown part": (change("extra", to=1), "unknown key in gait file 'gait.json' 'extra'; known: format"),
+    "unknown part": (change("extra", to=1), "unknown key in gait file 'gait.json' 'extra'; known: versions"),
     "missing number": (change("domains", "D1", "duration"), "'duration' is missing"),
     "unknown number": (change("domains", "D1", "phase", to=1), "unknown key .* 'phase'"),
     "missing domain": (change("domains", "D2"), "'D2' is missing"),
@@ -121,12 +123,18 @@ WRONG = {
     ),
     "unknown coordinate": (change("outputs", "domains", "D1", 0, to="hip"), "unknown coordinate .* 'hip'; known: roll"),
     "repeated coordinate": (change("outputs", "domains", "D1", 0, to="fl_knee"), "repeat a coordinate"),
-    "unknown foot": (change("pattern", "stances", 0, to=["fr", "xx"]), "unknown foot 'xx'; known: fl"),
-    "stances": (change("pattern", "stances", 0, to="fr"), "not lists of feet"),
-    "unknown law": (change("law", "name", to="best"), "unknown allocation law 'best'"),
-    "law parameters": (change("law", "parameters", to={"power": 2}), "do not fit"),
+    "unknown foot": (change("pattern", "stances", 0, to=["fr", "xx"]), "unknown foot .* 'xx'; known: fl"),
+    "stances": (change("pattern", "stances", 0, to="fr"), "stances\\[0\\] is not a list"),
+    "unknown law": (change("allocation_law", "name", to="best"), "unknown allocation law .* 'best'"),
+    "law parameters": (
+        change("allocation_law", "parameters", to={"power": 2}),
+        "unknown parameter of allocation law 'pinv' 'power'; known: none",
+    ),
     "unit": (change("speed", "unit", to="km/h"), "unit 'km/h', not 'm/s'"),
-    "columns": (change("domains", "D1", "positions", "units", 0, to="mm"), "does not have the units m, m, m, rad"),
+    "columns": (
+        change("domains", "D1", "positions", "units", 0, to="mm"),
+        "the units 'mm, m, m, rad, .*, not 'm, m, m, rad",
+    ),
     "text for a number": (change("speed", "value", to="fast"), "'fast', which is not a finite number"),
     "truth for a number": (change("speed", "value", to=True), "True, which is not a finite number"),
     "infinite speed": (change("speed", "value", to="inf"), "'inf', which is not a finite number"),
@@ -138,7 +146,20 @@ WRONG = {
     "robot number": (change("robot", "links", 0, "mass", "value", to=10.0), "gait of another robot"),
     "robot hash": (change("robot", "hash", to="0"), "gait of another robot"),
     "robot link": (change("robot", "joints", 0, "parent", to=99), "link 99 of 13"),
-    "robot twins": (change("robot", "twins", to=[["fl"]]), "not pairs of feet"),
+    "robot twins": (change("robot", "twins", to=[["fl"]]), "twins\\[0\\] is not a list of 2"),
+    "overlays": (change("robot", "overlays", "payload", to={"mass": 1}), "payload is not empty"),
+    "ground": (change("ground", "name", to="stairs"), "unknown ground .* 'stairs'; known: plane"),
+    "friction": (change("ground", "friction", "value", to=0.0), "friction is 0; it must be positive"),
+    "contact": (change("contact", "name", to="plate"), "unknown contact .* 'plate'; known: point"),
+    "phase": (change("phase", "name", to="angle"), "unknown phase .* 'angle'; known: time"),
+    "landing rule": (change("landing_rule", "name", to="any"), "unknown landing rule .* 'any'; known: simultaneous"),
+    "control law": (change("control_law", "name", to="impedance"), "unknown control law .*; known: input-output"),
+    "mesh": (change("mesh", "intervals", "D1", to=4), "shape 7, not 9"),
+    "one node": (change("mesh", "intervals", "D1", to=0), "D1 is 0; it must be from 1"),
+    "feedback duration": (change("feedback", "durations", "D1", "value", to=0.0), "D1 is 0; it must be positive"),
+    "no reference": (change("feedback", "references", "D1", "value", to=[[]] * 15), "shape 15 x 0, not 15 x any"),
+    "huge integer": (change("speed", "value", to=10**300), "more than 40 digits"),
+    "large integer": (change("outputs", "order", to=10**18), "it must be from 1 to"),
     "feedback": (change("feedback", "start", "value", to=[0.0]), "shape 1, not 36"),
 }
 

@@ -136,7 +136,7 @@ def test_impossible_ground_is_refused(parameters: dict[str, object], says: str) 
 
 def test_ground_is_rebuilt_from_its_name() -> None:
     plane = Plane(slope=0.1, heading=0.2, friction=0.7)
-    tree = GROUNDS.to_dict(plane)
+    tree = GROUNDS.encode(plane, "file")
     assert tree == {"name": "plane", "parameters": {"friction": 0.7, "slope": 0.1, "heading": 0.2}}
     assert GROUNDS.build(tree["name"], tree["parameters"]) == plane
     with pytest.raises(UnknownNameError, match="unknown ground 'moon'; known: plane"):
@@ -145,6 +145,6 @@ def test_ground_is_rebuilt_from_its_name() -> None:
 
 def test_a_function_cannot_be_written() -> None:
     with pytest.raises(InputError, match="ground 'height field' cannot be written to a file: register a class"):
-        GROUNDS.to_dict(HeightField(function=waves))
+        GROUNDS.encode(HeightField(function=waves), "file")
     with pytest.raises(InputError, match="another ground of the name 'plane'"):
         GROUNDS.register("plane", HeightField)

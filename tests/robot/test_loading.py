@@ -213,7 +213,7 @@ def test_a_file_that_is_not_there() -> None:
     [
         (b"", "is not well-formed XML"),
         (b"<robot", "is not well-formed XML"),
-        (b"\xff\xfe\x00<robot", "is not well-formed XML"),
+        (b"\xff\xfe\x00<robot", "is not text in the encoding 'utf-16'"),
         (b"<mujoco/>", "is not a URDF: its root element is 'mujoco', not 'robot'"),
     ],
 )
@@ -244,3 +244,65 @@ def test_unknown_feet_and_twins_list_what_exists(write: Write) -> None:
         load_robot(file, {"a": "toe", "b": "ankle"})
     with pytest.raises(InputError, match="gravity is nan"):
         load(file, gravity=float("nan"))
+
+
+def test_a_default_namespace_changes_nothing(tmp_path: Path) -> None:
+    text = path("astro").read_text()
+    file = tmp_path / "robot.urdf"
+    file.write_text(text.replace("<robot ", '<robot xmlns="http://drake.mit.edu" ', 1))
+    assert load_robot(file, FEET) == load_robot(path("astro"), FEET)
+
+
+FEET = {"fl": "fl_foot", "fr": "fr_foot"}
+DECLARED = re.compile(r"^.*?<robot", re.DOTALL)
+
+ENCODINGS = {
+    "gb2312": ('<?xml version="1.0" encoding="gb2312"?>\n<!-- 机器人 -->', "gb2312"),
+    "latin-1": ("<?xml version='1.0' encoding='ISO-8859-1'?><!-- Lysø -->", "latin-1"),
+    "windows": ('<?xml version="1.0" encoding="windows-1252"?><!-- “Lysø” -->', "cp1252"),
+    "utf-16": ('<?xml version="1.0" encoding="utf-16"?><!-- Lysø -->', "utf-16"),
+    "byte order mark": ('<?xml version="1.0" encoding="UTF-8"?><!-- Lysø -->', "utf-8-sig"),
+    "no declaration": ("<!-- Lysø -->", "utf-8"),
+    "blank lines": ('\n \t\n<?xml version="1.0"?>', "utf-8"),
+    "comment": ('<!-- made by hand -->\n<!-- <?xml -->\n<?xml version="1.0" encoding="gbk"?><!-- 腿 -->', "gbk"),
+}
+
+
+@pytest.mark.parametrize("name", ENCODINGS)
+def test_files_in_the_encodings_of_other_tools_are_read(name: str, tmp_path: Path) -> None:
+    head, encoding = ENCODINGS[name]
+    file = tmp_path / "robot.urdf"
+    file.write_bytes(DECLARED.sub(head + "<robot", path("astro").read_text(), count=1).encode(encoding))
+    assert load_robot(file, FEET) == load_robot(path("astro"), FEET)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b'<?xml version="1.0" encoding="klingon"?><robot/>', "not text in the encoding 'klingon'"),
+        (b'<?xml version="1.0" encoding="base64"?><robot/>', "not text in the encoding 'base64'"),
+        (b'<?xml version="1.0" encoding="punycode"?><robot/>', "not an encoding of files"),
+        ("<!-- Lysø --><robot/>".encode("latin-1"), "not text in the encoding 'utf-8-sig'"),
+        (b"<!---->" * 500 + b"<?xml", "not well-formed XML"),
+    ],
+)
+def test_other_bytes_are_refused(content: bytes, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / "robot.urdf").write_bytes(content)
+    with pytest.raises(InputError, match=sentence) as caught:
+        load(tmp_path / "robot.urdf")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("number", ["6_0", "0x10", "٣", "1,5", "1e", "", "."])
+def test_what_only_some_programs_read_is_no_number(number: str, tmp_path: Path) -> None:
+    text = re.sub(r'<mass\s+value="[^"]+"', f'<mass value="{number}"', path("astro").read_text(), count=1)
+    (tmp_path / "robot.urdf").write_text(text)
+    with pytest.raises(InputError, match="not a number"):
+        load_robot(tmp_path / "robot.urdf", FEET)
+
+
+@pytest.mark.parametrize("number", ["1.", ".5", "+2e-1", " 1.5 ", "1E+0"])
+def test_decimal_notations_are_numbers(number: str, tmp_path: Path) -> None:
+    text = re.sub(r'<mass\s+value="[^"]+"', f'<mass value="{number}"', path("astro").read_text(), count=1)
+    (tmp_path / "robot.urdf").write_text(text)
+    assert load_robot(tmp_path / "robot.urdf", FEET).links[0].mass == float(number)

@@ -40,6 +40,8 @@ CHANGES: dict[str, Callable[[Robot], Robot]] = {
     "effort": lambda m: change_joint(m, effort=1.0),
     "velocity": lambda m: change_joint(m, velocity=1.0),
     "gravity": lambda m: replace(m, gravity=9.80665),
+    "twins": lambda m: replace(m, twins=m.twins[:1]),
+    "symmetry tolerance": lambda m: replace(m, symmetry_tolerance=1e-8),
     "foot order": lambda m: replace(m, feet=m.feet[::-1]),
     "foot label": lambda m: replace(m, feet=(replace(m.feet[0], name="left"), *m.feet[1:]), twins=()),
     "foot offset": lambda m: replace(m, feet=(replace(m.feet[0], offset=frozen([0.0, 0.0, 0.0])), *m.feet[1:])),

@@ -10,7 +10,7 @@ import pytest
 from amble.errors import CertificateError, InputError, Row
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.stability import assess, certify, difference_check, fixed_point
-from amble.stability.certificate import row_tree
+from amble.stability.certificate import row_to_dict
 from tests.hybrids import travelling
 
 GUESS = np.array([0.0, 0.3, 1.0, -2.0, 0.4])
@@ -40,7 +40,7 @@ def test_a_certificate_holds_its_evidence(state: np.ndarray) -> None:
 
 def test_a_certificate_is_json(state: np.ndarray) -> None:
     certificate = assess(travelling(0.7, -1), state)
-    tree = json.loads(json.dumps(certificate.to_json(), allow_nan=False))
+    tree = json.loads(json.dumps(certificate.to_dict(), allow_nan=False))
     assert tree["spectral_radius"] == certificate.radius
     assert tree["symmetries"][2]["name"] == "heading"
     assert tree["fixed_point"]["y"] == state[3]
@@ -54,11 +54,11 @@ def test_every_condition_is_in_the_certificate(state: np.ndarray) -> None:
     certificate = certify(travelling(0.7, -1), state, [above])
     assert certificate.rows()[-1] is above
     expected = {"name": "smallest normal force", "lower": 0.0, "value": 2.0, "upper": None, "holds": True}
-    assert certificate.to_json()["conditions"][-1] == expected
+    assert certificate.to_dict()["conditions"][-1] == expected
 
 
 def test_a_value_that_is_no_number_does_not_hold() -> None:
-    tree = row_tree(Row("friction", 0.0, float("nan"), 0.6))
+    tree = row_to_dict(Row("friction", 0.0, float("nan"), 0.6))
     assert tree == {"name": "friction", "lower": 0.0, "value": None, "upper": 0.6, "holds": False}
 
 
@@ -105,7 +105,7 @@ def test_an_unstable_orbit_has_no_contraction_bound() -> None:
     certificate = assess(HybridSystem([stride], [step], (), ("phase", "deviation")), np.zeros(2))
     assert certificate.radius == pytest.approx(1.5)
     assert certificate.bound is None
-    assert certificate.to_json()["contraction_bound"] is None
+    assert certificate.to_dict()["contraction_bound"] is None
 
 
 @pytest.mark.parametrize("steps", [(1e-4,), (1e-4, 1e-4), (1e-4, 0.0)])
@@ -124,6 +124,6 @@ def test_a_step_that_did_not_come_back_is_written_as_none(state: np.ndarray) -> 
     """JSON has no infinity, and a granted certificate must be written."""
     certificate = assess(travelling(0.7, -1), state)
     sweep = ((1e-1, np.inf), *certificate.differences.sweep)
-    tree = replace(certificate, differences=replace(certificate.differences, sweep=sweep)).to_json()
+    tree = replace(certificate, differences=replace(certificate.differences, sweep=sweep)).to_dict()
     assert tree["jacobians"]["difference_sweep"][0] == [1e-1, None]
     json.dumps(tree, allow_nan=False)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from amble.errors import CertificateError, FallError, Row
 from amble.gait import Gait
-from amble.gait.files import load_gait, save_gait
-from amble.stability.gait_certificate import content_hash, identity, refusal_tree
+from amble.gait.files import content_hash, load_gait, save_gait
+from amble.stability.gait_certificate import identity, refusal_to_dict
 from tests.grounds import on_friction
 
 
@@ -29,7 +29,7 @@ def test_the_hash_is_that_of_the_content(stabilised_gait: Gait, tmp_path: Path) 
 
 def test_a_gait_is_named(stabilised_gait: Gait) -> None:
     found = identity(stabilised_gait)
-    assert (found["name"], found["robot"], found["law"], found["speed_m_s"]) == (
+    assert (found["name"], found["robot"], found["allocation_law"], found["speed_m_s"]) == (
         "amble",
         "astro",
         {"name": "pinv", "parameters": {}},
@@ -40,7 +40,7 @@ def test_a_gait_is_named(stabilised_gait: Gait) -> None:
 
 def test_a_refusal_names_the_rows_and_claims_nothing(stabilised_gait: Gait) -> None:
     rows = (Row("D1 fl friction", 0.0, 0.7, 0.6), Row("spectral radius plus its error bar", 0.0, 0.5, 1.0))
-    tree = json.loads(json.dumps(refusal_tree(stabilised_gait, CertificateError(rows)), allow_nan=False))
+    tree = json.loads(json.dumps(refusal_to_dict(stabilised_gait, CertificateError(rows)), allow_nan=False))
     assert tree["certified"] is False
     assert "spectral_radius" not in tree
     assert [(row["name"], row["holds"]) for row in tree["conditions"]] == [(rows[0].name, False), (rows[1].name, True)]
@@ -48,6 +48,6 @@ def test_a_refusal_names_the_rows_and_claims_nothing(stabilised_gait: Gait) -> N
 
 
 def test_a_fall_is_a_reason_without_rows(stabilised_gait: Gait) -> None:
-    tree = refusal_tree(stabilised_gait, FallError("the motion fell"))
+    tree = refusal_to_dict(stabilised_gait, FallError("the motion fell"))
     assert tree["refused_because"] == ["the motion fell"]
     assert tree["conditions"] == []

@@ -71,7 +71,7 @@ def test_a_map_onto_the_orbit_has_a_bound() -> None:
 
 def test_it_says_what_it_is_in_json() -> None:
     found = quadratic_bound(np.diag([0.5, 0.2]))
-    tree = found.to_json()
+    tree = found.to_dict()
     assert tree["rate"] == found.rate
     assert np.array(tree["W"]).shape == (2, 2)
     assert isinstance(found.rows()[0], Row)

@@ -40,21 +40,21 @@ def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certi
     A refusal is written too, in the same place: an older certificate would look as if it belonged to this gait.
     """
     from amble.report.results import write_results
-    from amble.stability.gait_certificate import certificate_tree, certify_gait, refusal_tree
+    from amble.stability.gait_certificate import certificate_to_dict, certify_gait, refusal_to_dict
 
     try:
         with progress("certifying") as update:
             certificate = certify_gait(gait, update, allow_absurd_limits)
     except WorkError as error:
         typer.echo(_bounds(gait))
-        wrote(write_results(out, refusal_tree(gait, error)))
+        wrote(write_results(out, refusal_to_dict(gait, error)))
         raise
     typer.echo(
         f"spectral radius of the full cycle {certificate.radius:.6f} (estimated error {certificate.error:.1e}), "
         f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
     )
     typer.echo(_bounds(gait))
-    wrote(write_results(out, certificate_tree(gait, certificate)))
+    wrote(write_results(out, certificate_to_dict(gait, certificate)))
     return certificate
 
 

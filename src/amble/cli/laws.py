@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
-from amble.errors import InputError
+from amble.errors import InputError, shown
+from amble.io.reader import parse_json
 
 if TYPE_CHECKING:
     from amble.control.allocation import AllocationLaw
@@ -23,8 +23,8 @@ def parse_law(text: str, pattern: GaitPattern) -> AllocationLaw:
     for part in filter(None, _split(rest)):
         key, mark, value = part.partition("=")
         if not mark:
-            raise InputError(f"law '{text}': '{part}' is not key=value")
-        parameters[key.strip()] = _value(value.strip())
+            raise InputError(f"law '{shown(text)}': '{shown(part)}' is not key=value")
+        parameters[key.strip()] = _value(value.strip(), f"law '{shown(text)}'")
     return law_for(pattern, name, parameters)
 
 
@@ -40,8 +40,7 @@ def _split(text: str) -> list[str]:
     return parts
 
 
-def _value(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError:
-        return text
+def _value(text: str, what: str) -> Any:
+    """What begins like JSON is JSON, bounded and strict as in a file; anything else is a word."""
+    begins = text[:1] in '[{"-0123456789' or text in ("true", "false", "null")
+    return parse_json(text, what) if text and begins else text

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -21,16 +21,17 @@ def report(
     from amble.gait.files import load_gait
     from amble.report.assembly import assemble
     from amble.report.figures import require_matplotlib
+    from amble.report.results import read_results, seconds_from, settings_from
     from amble.report.run import main_table, write_run
     from amble.report.stability_results import stability_from
     from amble.simulation import load_trace
 
     require_matplotlib()
-    earlier = _read(folder / RESULTS)
+    earlier = read_results(folder / RESULTS)
+    settings, seconds, known = settings_from(earlier), seconds_from(earlier), stability_from(earlier)
     gait, trace = load_gait(folder / GAIT), load_trace(folder / TRACE)
-    settings = earlier.get("settings") or {"tolerance of the simulation": f"{trace.tolerance:g}"}
-    seconds = earlier.get("seconds") or {"simulation": trace.seconds}
-    known = stability_from(earlier)
+    settings = settings or {"tolerance of the simulation": f"{trace.tolerance:g}"}
+    seconds = seconds or {"simulation": trace.seconds}
     with progress("measuring"):
         run = assemble(gait, trace, settings, seconds, known)
     with progress("drawing"):
@@ -38,16 +39,3 @@ def report(
     for path in written:
         wrote(path)
     typer.echo(main_table(run).text())
-
-
-def _read(path: Path) -> dict[str, Any]:
-    """Read an earlier results.json; nothing where there is none."""
-    from amble.errors import InputError
-    from amble.io.codec import loads
-
-    if not path.exists():
-        return {}
-    tree = loads(path.read_text(encoding="utf-8"), f"results file '{path}'")
-    if not isinstance(tree, dict):
-        raise InputError(f"results file '{path}' is not an object")
-    return tree

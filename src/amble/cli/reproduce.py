@@ -89,7 +89,7 @@ def _settings(method: Method, trace: Trace) -> dict[str, str]:
 
 
 def _walk(gait: Gait, cycles: int, tolerance: float, perturb: float, out: Path) -> Trace:
-    from amble.gait.units import trace_units
+    from amble.gait.closed_loop import trace_units
     from amble.simulation import save_trace
 
     trace = walk(gait, cycles, tolerance, perturb=perturb, seed=SEED)

@@ -39,8 +39,8 @@ def simulate(
     out: Annotated[Path, typer.Option(help="Where to write the trace (netCDF).")] = Path("trace.nc"),
 ) -> None:
     """Simulate the closed loop of a gait; exits 1 where it falls, with the trace up to there."""
+    from amble.gait.closed_loop import trace_units
     from amble.gait.files import load_gait
-    from amble.gait.units import trace_units
     from amble.report import contact_rows, contact_summary
     from amble.report.assembly import monitors
     from amble.simulation import save_trace

@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError, UnknownNameError, shown
 
 
 @dataclass(frozen=True)
@@ -112,4 +112,4 @@ def actuator(name: str) -> Actuator:
     for candidate in ACTUATORS:
         if candidate.name == name:
             return candidate
-    raise UnknownNameError("actuator", name, [known.name for known in ACTUATORS])
+    raise UnknownNameError("actuator", shown(name), [known.name for known in ACTUATORS])

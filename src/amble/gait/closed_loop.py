@@ -14,6 +14,7 @@ from amble.control.virtual_constraints import pack, reference_end
 from amble.gait.record import Gait
 from amble.gait.validation import LARGEST_ORDER
 from amble.hybrid import Domain, GaitPattern, HybridSystem, Switch, Symmetry, Transition
+from amble.io.units import units
 from amble.numerics.bezier import elevate
 from amble.robot import Robot, kinematics
 from amble.robot.model import RATE
@@ -24,6 +25,9 @@ REFERENCE_ORDER = LARGEST_ORDER
 motion over a domain is met to about 1e-9."""
 
 ARGUMENTS = ["t", "x", "p"]
+
+SIGNALS = {"torque": "N m", "force": "N", "foot": "m", "foot_velocity": "m/s", "pivot": "1"}
+"""Signals that the closed loop records, with their units."""
 
 
 def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False) -> HybridSystem:
@@ -182,3 +186,14 @@ def _state_matrix(robot: Robot) -> ca.DM:
 
 def _symbols(function: ca.Function) -> tuple[Any, Any, Any]:
     return tuple(ca.MX.sym(name, function.numel_in(i)) for i, name in enumerate(ARGUMENTS))
+
+
+def trace_units(gait: Gait) -> dict[str, str]:
+    """Return name -> unit of the states and signals of the gait's closed loop, as traces hold them."""
+    names = gait.robot.coordinate_names
+    rates = [f"rate of {name}" for name in names]
+    return {
+        **dict(zip(names, units(names), strict=True)),
+        **dict(zip(rates, units(names, "/s"), strict=True)),
+        **SIGNALS,
+    }

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import cos, isfinite, pi, sin, tan
-from typing import Any
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -33,11 +33,14 @@ class Ground(ABC):
     Points and vectors are in world axes: casadi expressions (3,), or numpy arrays (..., 3) with the axis last.
 
     Attributes:
+        units: parameter -> unit, as files hold them.
         friction: coefficient mu of the contact of any foot, 1.
 
     Raises:
         InputError: the friction coefficient is not finite and positive.
     """
+
+    units: ClassVar[Mapping[str, str]] = {"friction": "1"}
 
     friction: float = 0.6
 
@@ -134,6 +137,8 @@ class Plane(Ground):
         slope: angle between the plane and the horizontal, rad.
         heading: direction in which the plane rises, about z from the world's x axis, rad; a negative slope falls.
     """
+
+    units: ClassVar[Mapping[str, str]] = {"friction": "1", "slope": "rad", "heading": "rad"}
 
     slope: float = 0.0
     heading: float = 0.0

@@ -1,10 +1,12 @@
-"""Quantities in a specification: a plain number is SI, a string carries its unit (``"150 ms"``, ``"20 deg"``)."""
+"""Units: of quantities in a specification (a plain number is SI, ``"150 ms"`` carries its unit), of coordinates."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+from amble.io.reader import parse_number
 
 UNITS: Mapping[str, Mapping[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -30,7 +32,10 @@ def parse_quantity(value: Any, dimension: str) -> float:
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"{value!r} is not a number or text such as '1 {next(iter(UNITS[dimension]))}'")
-    number = _with_unit(value, UNITS[dimension], dimension) if isinstance(value, str) else float(value)
+    try:
+        number = _with_unit(value, UNITS[dimension], dimension) if isinstance(value, str) else float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        number = math.inf
     if not math.isfinite(number):
         raise ValueError(f"{value!r} is not a finite number")
     return number
@@ -43,6 +48,20 @@ def _with_unit(text: str, units: Mapping[str, float], dimension: str) -> float:
         said = f"unknown unit '{unit}'" if unit else "no unit"
         raise ValueError(f"'{text}' has {said} for a quantity of {dimension}; known: {', '.join(units)}")
     try:
-        return float(digits) * units[unit]
+        return parse_number(digits) * units[unit]
     except ValueError:
         raise ValueError(f"'{text}' does not begin with a number") from None
+
+
+LENGTHS = ("x", "y", "z")
+"""Coordinates in m; all others are in rad."""
+
+
+def unit_of(coordinate: str, per_second: str = "") -> str:
+    """Return the unit of a coordinate, or of its derivative."""
+    return ("m" if coordinate in LENGTHS else "rad") + per_second
+
+
+def units(coordinates: Sequence[str], per_second: str = "") -> list[str]:
+    """Return the unit of every coordinate, or of its derivative."""
+    return [unit_of(name, per_second) for name in coordinates]

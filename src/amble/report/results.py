@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from math import isfinite
@@ -10,10 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from amble.analysis import Comparison, ContactReport
-from amble.errors import WorkError
+from amble.errors import InputError, WorkError, shown
 from amble.gait import SolverReport
+from amble.io.codec import TEXT, ByName
+from amble.io.quantities import Bare
+from amble.io.reader import read_json
 from amble.io.storage import atomic_write
 from amble.types import Json
+
+FORMAT, FORMAT_VERSION = "amble results", 1
 
 METHOD_KEYS = ("cot", "peak_torque", "rms_torque", "cot_error", "peak_joint", "mechanical_power", "heat_power")
 
@@ -91,6 +97,36 @@ def write_results(path: str | Path, results: Mapping[str, Any]) -> Path:
     if faults:
         raise WorkError(f"the results are not written, because {'; '.join(faults)}")
     return atomic_write(path, json.dumps(results, indent=2, allow_nan=False) + "\n")
+
+
+def read_results(path: str | Path) -> Json:
+    """Read an earlier results.json; nothing where there is none.
+
+    Raises:
+        InputError: it is there, and is not what this release writes.
+    """
+    if not os.path.lexists(path):
+        return {}
+    tree = read_json(path, "results file")
+    if tree.get("format") != FORMAT or tree.get("format_version") != FORMAT_VERSION:
+        raise InputError(
+            f"results file '{shown(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it the "
+            "report is written without what it says of stability, settings and times"
+        )
+    return tree
+
+
+def settings_from(results: Mapping[str, Any]) -> dict[str, str]:
+    """Return the settings of the run; InputError where they are not text."""
+    return ByName("setting", TEXT).decode(results.get("settings", {}), "settings of results.json")
+
+
+def seconds_from(results: Mapping[str, Any]) -> dict[str, float]:
+    """Return the wall times of the run, s; InputError where they are not numbers."""
+    return {
+        name: float(value)
+        for name, value in ByName("step", Bare()).decode(results.get("seconds", {}), "seconds of results.json").items()
+    }
 
 
 def _faults(value: Any, place: str) -> Iterator[str]:

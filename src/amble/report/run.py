@@ -25,6 +25,8 @@ from amble.report.figures.multipliers import FloquetMultipliers
 from amble.report.page import FigureFile, Page, solver_table, write_page
 from amble.report.paper_table import paper_table
 from amble.report.results import (
+    FORMAT,
+    FORMAT_VERSION,
     contact_results,
     method_results,
     reduction_results,
@@ -106,6 +108,8 @@ def run_results(run: Run) -> Json:
     """Return the content of results.json."""
     stability = run.stability.results if run.stability is not None else {}
     return {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
         "robot": run.gait.robot.name,
         "gait": run.gait.pattern.name,
         "law": run.gait.law.name,

@@ -8,26 +8,41 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.errors import InputError
+from amble.io.codec import TEXT, ByName, Codec, Count, Optional, Record
+from amble.io.quantities import Bare
 from amble.report.run import Stability
-from amble.report.stability_table import stability_table
 from amble.report.versions import computing_versions
 from amble.stability import Certificate, Spectrum
 from amble.stability.stabilize import Stabilized
-from amble.types import Json, Vector, frozen
+from amble.types import Json, Matrix, Vector, frozen
 
-KEYS = (
-    "spectral_radius",
-    "stabilization",
-    "stability_versions",
-    "multipliers",
-    "contraction",
-    "section_error",
-    "section_error_perturbed",
-    "section_distances",
-    "perturbed",
+NUMBER, PAIRS = Bare(), Bare(None, 2)
+
+PERTURBED = Record(
+    dict,
+    {
+        "size": NUMBER,
+        "cycles": Count(),
+        "sound_from_cycle": Optional(Count()),
+        "before_sound": Optional(Record(dict, {"max_friction": NUMBER, "min_normal_force": NUMBER}, open=True)),
+    },
+    open=True,
 )
-"""Entries of results.json that a report without new stability analysis keeps."""
+
+CONTRACTION = {"predicted": NUMBER, "measured": NUMBER, "relative_difference": NUMBER}
+
+ENTRIES: Mapping[str, Codec] = {
+    "spectral_radius": Record(dict, {"initial": NUMBER, "stabilized": NUMBER, "error": NUMBER}),
+    "stabilization": Optional(Record(dict, {}, open=True)),
+    "stability_versions": Optional(ByName("library", TEXT)),
+    "multipliers": Record(dict, {"initial": PAIRS, "stabilized": PAIRS}),
+    "contraction": Optional(Record(dict, CONTRACTION)),
+    "section_error": Optional(NUMBER),
+    "section_error_perturbed": Optional(NUMBER),
+    "section_distances": Bare(None),
+    "perturbed": Optional(PERTURBED),
+}
+"""Entries of results.json that a report without new stability analysis keeps, and what the page needs of them."""
 
 
 def stability_of(
@@ -82,21 +97,18 @@ def stability_from(results: Mapping[str, Any]) -> Stability | None:
     Raises:
         InputError: the entries are there but not what ``stability_of`` writes.
     """
-    entries = {key: results[key] for key in KEYS if key in results}
+    entries = {key: results[key] for key in ENTRIES if key in results}
     if not entries:
         return None
-    try:
-        before, after = (_complex(entries["multipliers"][which]) for which in ("initial", "stabilized"))
-        radius = float(entries["spectral_radius"]["stabilized"])
-        stability_table(entries)
-        return Stability(before, after, radius, frozen(entries["section_distances"]), entries)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"the stability entries of results.json are not complete: {error}") from None
+    found = Record(dict, ENTRIES).decode(entries, "stability entries of results.json")
+    before, after = (_complex(found["multipliers"][which]) for which in ("initial", "stabilized"))
+    radius = float(found["spectral_radius"]["stabilized"])
+    return Stability(before, after, radius, found["section_distances"], entries)
 
 
 def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
     return [[float(value.real), float(value.imag)] for value in values]
 
 
-def _complex(pairs: list[list[float]]) -> NDArray[np.complex128]:
-    return np.array([complex(real, imaginary) for real, imaginary in pairs])
+def _complex(pairs: Matrix) -> NDArray[np.complex128]:
+    return pairs[:, 0] + 1j * pairs[:, 1]

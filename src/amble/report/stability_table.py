@@ -17,10 +17,7 @@ def stability_table(results: Mapping[str, Any]) -> Table:
     """Summarise the stability entries of results.json; an entry that a run does not have gives no rows.
 
     Args:
-        results: holds the entries that ``stability_results.KEYS`` names, ``spectral_radius`` at least.
-
-    Raises:
-        KeyError, TypeError, ValueError: an entry is not what ``stability_of`` writes.
+        results: holds the entries that ``stability_results.ENTRIES`` describes, ``spectral_radius`` at least.
     """
     radius = results["spectral_radius"]
     rows = [
@@ -39,10 +36,9 @@ def stability_table(results: Mapping[str, Any]) -> Table:
             ("relative difference of the two", number(float(found["relative_difference"]), 2)),
         ]
     starts = {"section_error": "start on the orbit", "section_error_perturbed": "perturbed start"}
-    rows += [
-        (f"section error, {start}", number(float(results[key]), 2)) for key, start in starts.items() if key in results
-    ]
-    if "perturbed" in results:
+    known = {key: start for key, start in starts.items() if results.get(key) is not None}
+    rows += [(f"section error, {start}", number(float(results[key]), 2)) for key, start in known.items()]
+    if results.get("perturbed") is not None:
         rows += _perturbed(results["perturbed"])
     return Table("Stability", ("quantity", "value"), tuple(rows), NOTES)
 

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 BASE_COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 """The base as a serial chain: prismatic along world x, y, z, then revolute about X, Y', Z''; R = Rx Ry Rz."""
 
+NO_OVERLAYS: Mapping[str, Mapping[str, float]] = {"locked_joints": {}, "rotors": {}, "payload": {}}
+"""What later releases lay over the robot of a URDF; part of its hash, and nothing today."""
+
 
 RATE, ACCELERATION = "rate of ", "acceleration of "
 """Before the name of a coordinate: the name of its derivative among states and rows."""
@@ -208,7 +211,7 @@ class Robot:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of kinematics, inertias, limits, feet and gravity; the same in every run."""
+        """SHA-256 of kinematics, inertias, limits, feet, gravity and mirror; the same in every run."""
         return hashlib.sha256(json.dumps(_content(self), sort_keys=True).encode()).hexdigest()
 
     @cached_property
@@ -268,6 +271,9 @@ def _content(robot: Robot) -> Json:
         ],
         "feet": [[foot.name, foot.link, _exact(foot.offset)] for foot in robot.feet],
         "gravity": repr(float(robot.gravity)),
+        "twins": [list(pair) for pair in robot.twins],
+        "symmetry_tolerance": repr(float(robot.symmetry_tolerance)),
+        "overlays": NO_OVERLAYS,
     }
 
 

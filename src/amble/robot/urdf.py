@@ -6,16 +6,31 @@ what is wrong to us.
 
 from __future__ import annotations
 
+import codecs
 import math
+import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
-from amble.errors import InputError
+from amble.errors import InputError, shown
+from amble.io.reader import parse_number, read_bytes
 from amble.robot.rotation import rotation_of_rpy
 from amble.types import Matrix, Vector, frozen
+
+LARGEST = 32 * 2**20
+"""Bytes of a robot file; those of real robots have up to 0.3 MB."""
+
+HEAD = 4096
+"""Bytes in which the XML declaration is looked for."""
+
+DECLARATION = re.compile(r"(?>\s|<!--.*?-->)*+(?P<declaration><\?xml\s.*?\?>)", re.DOTALL)
+ENCODING = re.compile(r"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
+NOT_OF_FILES = ("idna", "punycode", "raw_unicode_escape", "undefined", "unicode_escape", "utf-7")
+"""Encodings of Python that no editor writes; two of them take quadratic time."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +80,7 @@ def read_urdf(path: Path) -> FileRobot:
     links = tuple(_link(element, path) for element in root.findall("link"))
     joints = tuple(_joint(element, path) for element in root.findall("joint"))
     for kind, names in (("link", [link.name for link in links]), ("joint", [joint.name for joint in joints])):
-        twice = sorted({name for name in names if names.count(name) > 1})
+        twice = sorted(name for name, count in Counter(names).items() if count > 1)
         if twice:
             raise InputError(f"{path.name}: {kind} '{twice[0]}' is defined more than once")
     if not links:
@@ -74,20 +89,46 @@ def read_urdf(path: Path) -> FileRobot:
 
 
 def _parse(path: Path) -> ElementTree.Element:
-    try:
-        text = path.read_bytes()
-    except (OSError, ValueError) as error:  # a ValueError: the path holds a NUL
-        raise InputError(f"robot file '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    name = f"robot file '{shown(str(path))}'"
+    text = _decoded(read_bytes(path, "robot file", LARGEST), name)
     try:
         root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"robot file '{path}' is not well-formed XML: {error}") from error
-    if root.tag != "robot":
-        raise InputError(f"robot file '{path}' is not a URDF: its root element is '{root.tag}', not 'robot'")
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"{name} is not well-formed XML: {shown(str(error))}") from error
+    space = re.match(r"\{[^}]*\}", root.tag)
     for element in root.iter():
-        if "xacro" in str(element.tag):
-            raise InputError(f"robot file '{path}' holds xacro macros; expand them first")
+        tag = str(element.tag)
+        if "xacro" in tag:
+            raise InputError(f"{name} holds xacro macros; expand them first")
+        if space and tag.startswith(space.group()):
+            element.tag = tag[space.end() :]  # a default namespace changes nothing of what a URDF means
+    if root.tag != "robot":
+        raise InputError(f"{name} is not a URDF: its root element is '{shown(root.tag)}', not 'robot'")
     return root
+
+
+def _decoded(content: bytes, name: str) -> str:
+    """Return the text of an XML file in the encoding that it declares, UTF-8 where it declares none.
+
+    The declaration is blanked out, so that lines keep their numbers: files in use have blank lines or a comment before
+    it, and encodings that the parser does not know.
+    """
+    encoding = "utf-16" if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+    if encoding != "utf-16":
+        # every other encoding in use writes the declaration in ASCII
+        found = DECLARATION.match(content.removeprefix(codecs.BOM_UTF8)[:HEAD].decode("latin-1"))
+        declared = None if found is None else ENCODING.search(found.group("declaration"))
+        encoding = encoding if declared is None else declared.group(1)
+    try:
+        known = codecs.lookup(encoding).name
+        if known in NOT_OF_FILES:
+            raise InputError(f"{name} is in '{known}', which is not an encoding of files")
+        text = content.decode("utf-8-sig" if known == "utf-8" else encoding)
+    except (LookupError, UnicodeError) as error:
+        raise InputError(f"{name} is not text in the encoding '{shown(encoding)}': {shown(str(error))}") from None
+    found = DECLARATION.match(text[:HEAD])
+    end = 0 if found is None else found.end()
+    return re.sub(r"[^\n]", " ", text[:end]) + text[end:]
 
 
 def _link(element: ElementTree.Element, path: Path) -> FileLink:
@@ -176,15 +217,15 @@ def _attribute(element: ElementTree.Element, key: str, where: str) -> str:
 def _triple(text: str, where: str) -> Vector:
     parts = text.split()
     if len(parts) != 3:
-        raise InputError(f"{where} is '{text}', not three numbers")
+        raise InputError(f"{where} is '{shown(text)}', not three numbers")
     return np.array([_number(part, where) for part in parts])
 
 
 def _number(text: str, where: str, infinite: bool = False) -> float:
     try:
-        value = float(text)
+        value = parse_number(text.strip())
     except ValueError:
-        raise InputError(f"{where} is '{text}', not a number") from None
+        raise InputError(f"{where} is '{shown(text)}', not a number") from None
     if math.isnan(value) or (math.isinf(value) and not infinite):
-        raise InputError(f"{where} is '{text}', not a finite number")
+        raise InputError(f"{where} is '{shown(text)}', not a finite number")
     return value

@@ -98,8 +98,8 @@ class Certificate:
             *self.conditions,
         )
 
-    def to_json(self) -> Json:
-        """Return the certificate as a tree for a JSON file."""
+    def to_dict(self) -> Json:
+        """Return the certificate as a dictionary for a JSON file."""
         return {
             "spectral_radius": self.radius,
             "spectral_radius_error": self.error,
@@ -116,7 +116,7 @@ class Certificate:
             "contraction": None
             if self.mode is None
             else {"measured": self.mode.rate, "predicted": self.mode.predicted, "cycles": self.mode.cycles},
-            "conditions": [row_tree(row) for row in self.rows()],
+            "conditions": [row_to_dict(row) for row in self.rows()],
             "period_s": self.period,
             "fixed_point": dict(zip(self.state_names, map(float, self.state), strict=True)),
             "fixed_point_residual": self.residual,
@@ -128,7 +128,7 @@ class Certificate:
             "tolerance_sweep": [[tolerance, finite(distance)] for tolerance, distance in self.sweep],
             "return_map": self.spectrum.matrix.tolist(),
             "basis": self.spectrum.basis.tolist(),
-            "contraction_bound": None if self.bound is None else self.bound.to_json(),
+            "contraction_bound": None if self.bound is None else self.bound.to_dict(),
         }
 
 
@@ -208,8 +208,8 @@ def certify(
     return certificate
 
 
-def row_tree(row: Row) -> Json:
-    """Return a row as a tree for a JSON file; a bound that is not there, or a value that is no number, is None."""
+def row_to_dict(row: Row) -> Json:
+    """Return a row as a dictionary for a JSON file; a bound that is not there, or no number, is None."""
     numbers = {"lower": row.lower, "value": row.value, "upper": row.upper}
     written = {key: finite(value) for key, value in numbers.items()}
     return {"name": row.name, **written, "holds": bool(row.violation == 0)}

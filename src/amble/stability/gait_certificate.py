@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import replace
 
 from amble.errors import CertificateError, Row, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
-from amble.gait.files import gait_tree
+from amble.gait.files import content_hash, to_dict
 from amble.gait.limits import sensible_rows
-from amble.io.codec import dumps
 from amble.robot.physical import physical_rows
 from amble.simulation import Trace
 from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
-from amble.stability.certificate import Progress, finite, row_tree
+from amble.stability.certificate import Progress, finite, row_to_dict
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.orbit_conditions import RECORD, orbit_conditions
 from amble.types import Json, Vector
 from amble.verification.check import record_findings
 
-FORMAT = "amble certificate"
-
-CONTENT = ("robot", "pattern", "outputs", "law", "speed", "gains", "limits", "domains", "feedback")
-"""Parts of a gait that its certificate depends on."""
+FORMAT, FORMAT_VERSION = "amble certificate", 1
 
 
 def certify_gait(gait: Gait, progress: Progress | None = None, allow_absurd_limits: bool = False) -> Certificate:
@@ -108,47 +103,38 @@ def distances(gait: Gait, trace: Trace, certificate: Certificate) -> Vector:
     return section_distances(closed_loop(gait), trace.section, certificate.state)
 
 
-def certificate_tree(gait: Gait, certificate: Certificate) -> Json:
+def certificate_to_dict(gait: Gait, certificate: Certificate) -> Json:
     """Return a certificate with the gait that it belongs to as a tree for a JSON file."""
-    return {
-        "format": FORMAT,
-        "certified": True,
-        "gait": identity(gait),
-        "held_against": held_against(gait),
-        **certificate.to_json(),
-    }
+    return {**_header(True, gait), **certificate.to_dict()}
 
 
-def refusal_tree(gait: Gait, error: WorkError) -> Json:
+def refusal_to_dict(gait: Gait, error: WorkError) -> Json:
     """Return why a gait has no certificate as a tree for a JSON file: the reason and the rows, if it came to rows."""
     rows = error.rows if isinstance(error, CertificateError) else ()
     return {
-        "format": FORMAT,
-        "certified": False,
-        "gait": identity(gait),
-        "held_against": held_against(gait),
+        **_header(False, gait),
         "refused_because": str(error).splitlines(),
-        "conditions": [row_tree(row) for row in rows],
+        "conditions": [row_to_dict(row) for row in rows],
     }
 
 
 def identity(gait: Gait) -> Json:
     """Return which gait it is: the hash of its content, and the names that a reader knows it by; m/s."""
-    tree = gait_tree(gait)
     return {
-        "content_hash": _hash(tree),
+        "content_hash": content_hash(gait),
         "name": gait.pattern.name,
         "robot": gait.robot.name,
         "robot_hash": gait.robot.hash,
-        "law": tree["law"],
+        "allocation_law": to_dict(gait)["allocation_law"],
         "speed_m_s": gait.speed,
     }
 
 
-def content_hash(gait: Gait) -> str:
-    """Return the SHA-256 of what determines the closed loop and what it is held against; not of how it was found."""
-    return _hash(gait_tree(gait))
-
-
-def _hash(tree: Json) -> str:
-    return hashlib.sha256(dumps({part: tree[part] for part in CONTENT}).encode()).hexdigest()
+def _header(certified: bool, gait: Gait) -> Json:
+    return {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "certified": certified,
+        "gait": identity(gait),
+        "held_against": held_against(gait),
+    }

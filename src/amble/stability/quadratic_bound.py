@@ -47,7 +47,7 @@ class QuadraticBound:
             Row("least eigenvalue of r^2 W - A^T W A", least, self.decrease, float("inf")),
         )
 
-    def to_json(self) -> Json:
+    def to_dict(self) -> Json:
         """Return the bound as a tree for a JSON file."""
         return {"rate": self.rate, "W": self.metric.tolist()}
 

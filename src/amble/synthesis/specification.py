@@ -8,7 +8,6 @@ be in the file.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,6 +15,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from amble.errors import InputError, UnknownNameError
+from amble.io.reader import read_toml
 from amble.io.units import parse_quantity
 
 
@@ -178,12 +178,7 @@ def read_specification(path: str | Path) -> Specification:
             named) or of another kind, or a quantity has an unknown unit or is not finite.
     """
     path = Path(path)
-    try:
-        tree = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"specification '{path}' cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"specification '{path}' is not TOML: {error}") from None
+    tree = read_toml(path, "specification")
     try:
         return Specification.model_validate(tree)
     except ValidationError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import casadi as ca
 
@@ -43,6 +43,8 @@ class BoundedMinimumNorm(AllocationLaw):
     Raises:
         InputError: where friction is not positive or the normal force is negative.
     """
+
+    units: ClassVar[Mapping[str, str]] = {"friction": "1", "normal_force": "N"}
 
     friction: float = 0.6
     normal_force: float = 0.0

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from amble.control.allocation.law import finite
 from amble.errors import InputError
 from amble.hybrid import Contacts
 
@@ -27,9 +28,9 @@ class ContactLimits:
 
     def __post_init__(self) -> None:
         """Refuse limits that no foot can keep."""
-        if not 0.0 < self.friction < float("inf"):
+        if not finite("friction coefficient", self.friction) > 0.0:
             raise InputError(f"the friction coefficient is {self.friction}; it must be finite and positive")
-        if not 0.0 <= self.normal_force < float("inf"):
+        if not finite("smallest normal force", self.normal_force) >= 0.0:
             raise InputError(f"the smallest normal force is {self.normal_force} N; it must be finite and not negative")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 
 from amble.control.allocation.law import AllocationLaw, Redundancy
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError, UnknownNameError, shown
 from amble.numerics.linear_algebra import OrthogonalFactor
 
 
@@ -25,9 +25,15 @@ class DropActuator(AllocationLaw):
     joints: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Take a single name for a tuple of one."""
+        """Take a single name for a tuple of one.
+
+        Raises:
+            InputError: where the joints are no names.
+        """
         if isinstance(self.joints, str):
             object.__setattr__(self, "joints", (self.joints,))
+        if not isinstance(self.joints, tuple) or not all(isinstance(joint, str) for joint in self.joints):
+            raise InputError(f"the joints to drop are {shown(self.joints)}; they must be a list of names")
 
     @property
     def name(self) -> str:

@@ -6,11 +6,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from numbers import Real
+from typing import Any, ClassVar
 
 import casadi as ca
 
-from amble.errors import InputError
+from amble.errors import InputError, shown
 from amble.hybrid import Contacts
 from amble.robot import Robot
 
@@ -63,7 +64,12 @@ class AllocationLaw(ABC):
     """One rule, used three ways: rows of the gait problem, closed form in the controller, entry of a comparison.
 
     A law is immutable and hashable: what is built for one is built once.
+
+    Attributes:
+        units: parameter -> unit, of those that are numbers or have a number for every joint; files hold them.
     """
+
+    units: ClassVar[Mapping[str, str]] = {}
 
     @property
     @abstractmethod
@@ -102,6 +108,20 @@ class AllocationLaw(ABC):
         """
         del redundancy, s
         return {}
+
+
+def finite(what: str, value: Any) -> float:
+    """Return a parameter of a law that must be a finite number, for its ``__post_init__``.
+
+    Raises:
+        InputError: it is something else, as files and words on the command line may hold.
+    """
+    try:
+        if isinstance(value, Real) and not isinstance(value, bool) and isfinite(value):
+            return float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        pass
+    raise InputError(f"the {what} is {shown(value)}; it must be a finite number")
 
 
 def steered_joints(redundancy: Redundancy) -> list[int]:

@@ -12,29 +12,22 @@ from amble.control.allocation.minimum_peak import MinimumPeak
 from amble.control.allocation.minimum_power import MinimumPower
 from amble.control.allocation.pseudo_inverse import PseudoInverse
 from amble.control.allocation.weighted_minimum_norm import WeightedMinimumNorm
-from amble.errors import InputError, UnknownNameError
+from amble.io.registry import Registry
 
-LAWS: Mapping[str, type[AllocationLaw]] = {
-    "pinv": PseudoInverse,
-    "drop": DropActuator,
-    "weighted": WeightedMinimumNorm,
-    "power": MinimumPower,
-    "peak": MinimumPeak,
-    "bounded": BoundedMinimumNorm,
-}
+LAWS: Registry[AllocationLaw] = Registry("allocation law")
+"""The laws that files and the command line can name."""
+
+for _name, _law in (
+    ("pinv", PseudoInverse),
+    ("drop", DropActuator),
+    ("weighted", WeightedMinimumNorm),
+    ("power", MinimumPower),
+    ("peak", MinimumPeak),
+    ("bounded", BoundedMinimumNorm),
+):
+    LAWS.register(_name, _law)
 
 
 def law_from(name: str, parameters: Mapping[str, Any]) -> AllocationLaw:
-    """Rebuild a law from its name and parameters.
-
-    Raises:
-        UnknownNameError: there is no such law.
-        InputError: the parameters are not the law's.
-    """
-    if name not in LAWS:
-        raise UnknownNameError("allocation law", name, LAWS)
-    plain = {key: tuple(value) if isinstance(value, list) else value for key, value in parameters.items()}
-    try:
-        return LAWS[name](**plain)
-    except TypeError as error:
-        raise InputError(f"parameters of allocation law '{name}' do not fit: {error}") from None
+    """Rebuild a law from its name and parameters; errors as in ``Registry.build``."""
+    return LAWS.build(name, parameters)

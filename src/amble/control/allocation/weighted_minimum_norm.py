@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
-from typing import Any
+from typing import Any, ClassVar
 
 import casadi as ca
 
-from amble.control.allocation.law import AllocationLaw, Redundancy
-from amble.errors import InputError, UnknownNameError
+from amble.control.allocation.law import AllocationLaw, Redundancy, finite
+from amble.errors import InputError, UnknownNameError, shown
 from amble.numerics.linear_algebra import SymmetricFactor
 
 
@@ -25,15 +24,17 @@ class WeightedMinimumNorm(AllocationLaw):
         InputError: where a weight is not finite and positive.
     """
 
+    units: ClassVar[Mapping[str, str]] = {"weights": "1"}
+
     weights: Mapping[str, float]
 
     def __post_init__(self) -> None:
         """Refuse weights without a minimum."""
         if not isinstance(self.weights, Mapping):
-            raise InputError(f"the weights are {self.weights}, not a number for every joint")
+            raise InputError(f"the weights are {shown(self.weights)}, not a number for every joint")
         for joint, weight in self.weights.items():
-            if not (isfinite(weight) and weight > 0.0):
-                raise InputError(f"the weight of joint '{joint}' is {weight}; it must be finite and positive")
+            if not finite(f"weight of joint '{shown(joint)}'", weight) > 0.0:
+                raise InputError(f"the weight of joint '{shown(joint)}' is {weight}; it must be finite and positive")
 
     def __hash__(self) -> int:
         """Laws key what is built for them; a mapping has no hash of its own."""

@@ -1,6 +1,6 @@
 """Safe writing: an interrupted command leaves the last good file or folder, never half of one."""
 
-from amble.io.storage.files import atomic_write, replacing
+from amble.io.storage.files import atomic_write, dumps, replacing
 from amble.io.storage.folders import check_replaceable, replacing_folder
 from amble.io.storage.places import check_file, check_folder
 from amble.io.storage.workplace import kept_workplace, sweep, workplace
@@ -10,6 +10,7 @@ __all__ = [
     "check_file",
     "check_folder",
     "check_replaceable",
+    "dumps",
     "kept_workplace",
     "replacing",
     "replacing_folder",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import stat
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from amble.errors import InputError
 from amble.io.storage.places import file_at, worded
@@ -45,6 +47,18 @@ def atomic_write(path: str | Path, content: str | bytes) -> Path:
     with replacing(path) as temporary:
         temporary.write_bytes(data)
     return Path(path)
+
+
+def dumps(tree: Any, indent: str = "") -> str:
+    """JSON text with one line for every list of plain values, so that a matrix reads as one."""
+    deeper = indent + "  "
+    if isinstance(tree, dict) and tree and any(isinstance(value, dict | list) for value in tree.values()):
+        body = ",\n".join(f"{deeper}{json.dumps(key)}: {dumps(value, deeper)}" for key, value in tree.items())
+        return f"{{\n{body}\n{indent}}}"
+    if isinstance(tree, list) and any(isinstance(value, dict | list) for value in tree):
+        body = ",\n".join(f"{deeper}{dumps(value, deeper)}" for value in tree)
+        return f"[\n{body}\n{indent}]"
+    return json.dumps(tree, allow_nan=False, ensure_ascii=False)
 
 
 def _keep_permissions(target: Path, temporary: Path) -> None:

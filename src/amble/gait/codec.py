@@ -1,0 +1,244 @@
+"""The description of a gait file: the key, unit and shape of everything that a gait is, for writing and for reading.
+
+Grounds, contacts and allocation laws are written and read by their registries, which are open from outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from amble.control import DomainOutputs, Outputs
+from amble.control.allocation.registry import LAWS
+from amble.control.outputs import controllable
+from amble.errors import InputError
+from amble.gait.limits import Limits
+from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, SolverReport
+from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
+from amble.hybrid.contact import AXES
+from amble.io.codec import (
+    FLAG,
+    TEXT,
+    ByName,
+    Codec,
+    Count,
+    Field,
+    ListOf,
+    Named,
+    NameIn,
+    Optional,
+    Record,
+)
+from amble.io.quantities import Array, Columns, Interval, Number
+from amble.io.units import unit_of, units
+from amble.robot import Robot
+from amble.robot.files import ROBOT
+from amble.types import Json
+
+PHASES = {"time": Record(dict, {})}
+CONTROL_LAWS = {
+    "input-output linearisation": Record(dict, {"position_gain": Number("1/s^2"), "velocity_gain": Number("1/s")})
+}
+LANDING_RULES = {"simultaneous": Record(dict, {})}
+"""Simultaneous: the touchdown of the first landing foot ends the domain, and all landing feet are stopped at once."""
+
+
+def pattern_codec(robot: Robot, ground: Ground, contact: Contact) -> Record:
+    """Describe the table of stances of a robot on its ground."""
+    return Record(
+        lambda name, mirrored, stances: gait_pattern(robot, stances, mirrored, name, ground, contact),
+        {"name": TEXT, "mirrored": FLAG, "stances": ListOf(ListOf(NameIn("foot", robot.foot_names)))},
+        take=lambda pattern: {**vars(pattern), "stances": [stance.feet for stance in pattern.stances]},
+    )
+
+
+def outputs_codec(pattern: GaitPattern) -> Record:
+    """Describe the outputs of the solved domains of a pattern."""
+    names = ListOf(NameIn("coordinate", controllable(pattern.robot)))
+
+    def build(order: int, domains: Mapping[str, tuple[str, ...]]) -> Outputs:
+        for name, coordinates in domains.items():
+            if len(set(coordinates)) != len(coordinates):
+                raise InputError(f"the outputs of domain '{name}' in the gait file repeat a coordinate")
+        return Outputs(tuple(DomainOutputs(name, domains[name]) for name in solved(pattern)), order)
+
+    return Record(
+        build,
+        {"order": Count(least=1), "domains": ByName("domain", dict.fromkeys(solved(pattern), names), complete=True)},
+        take=lambda outputs: {
+            "order": outputs.order,
+            "domains": {entry.domain: entry.coordinates for entry in outputs.domains},
+        },
+    )
+
+
+def limits_codec(pattern: GaitPattern) -> Record:
+    """Describe the bounds, without those of the ground."""
+    robot = pattern.robot
+    joint_speeds = dict.fromkeys(robot.joint_names, Number("rad/s", infinite=True))
+    torques = dict.fromkeys(robot.joint_names, Number("N m", infinite=True))
+    positions = {name: Interval(unit_of(name), infinite=True) for name in robot.coordinate_names}
+    landing = dict.fromkeys(AXES, Interval("m/s", infinite=True))
+    return Record(
+        dict,
+        {
+            "durations": ByName("domain", dict.fromkeys(solved(pattern), Interval("s", infinite=True))),
+            "positions": ByName("coordinate", positions),
+            "speeds": ByName("joint", joint_speeds),
+            "torques": ByName("joint", torques),
+            "acceleration": Number("m/s^2, rad/s^2", infinite=True),
+            "touchdown_velocity": Record(lambda **along: tuple(along[axis] for axis in AXES), landing, _along_axes),
+            "normal_force": Number("N", infinite=True),
+            "clearance": Number("m", infinite=True),
+        },
+    )
+
+
+def _along_axes(intervals: tuple[tuple[float, float], ...]) -> Json:
+    return dict(zip(AXES, intervals, strict=True))
+
+
+def mesh_codec(pattern: GaitPattern) -> Record:
+    """Describe the collocation mesh of every solved domain."""
+    counts = dict.fromkeys(solved(pattern), Count(least=1, most=100_000))
+    return Record(dict, {"intervals": ByName("domain", counts, complete=True)})
+
+
+def domains_codec(pattern: GaitPattern, outputs: Outputs, mesh: Json) -> ByName:
+    """Describe the motion in the solved domains; columns of the motion are the coordinates in the robot's order."""
+    robot = pattern.robot
+    names, joints = robot.coordinate_names, len(robot.joints)
+    codecs: dict[str, Codec] = {}
+    for switch in pattern.switches:
+        name = switch.source.name
+        nodes = 2 * int(mesh["intervals"][name]) + 1  # interval ends and middles
+        codecs[name] = Record(
+            dict,
+            {
+                "duration": Number("s", positive=True),
+                "coefficients": Array("rad", len(outputs.of(name).coordinates), outputs.order + 1),
+                "times": Array("s", nodes),
+                "positions": Columns(units(names), nodes),
+                "velocities": Columns(units(names, "/s"), nodes),
+                "accelerations": Columns(units(names, "/s^2"), nodes),
+                "torques": Array("N m", nodes, joints),
+                "forces": Array("N", nodes, pattern.contacts(switch.source).size),
+                "impulse": Array("N s", pattern.contacts(switch.target).size if switch.landing else 0),
+            },
+            take=vars,
+        )
+    return ByName("domain", codecs, complete=True)
+
+
+def feedback_codec(pattern: GaitPattern, outputs: Outputs) -> Record:
+    """Describe the stabilised outputs."""
+    names = pattern.robot.coordinate_names
+    observed = len(controllable(pattern.robot))
+    weights = {name: Array("1", len(outputs.of(name).coordinates), observed) for name in solved(pattern)}
+    references = dict.fromkeys(solved(pattern), Array("rad", observed, None))
+    durations = dict.fromkeys(solved(pattern), Number("s", positive=True))
+    return Record(
+        Feedback,
+        {
+            "references": ByName("domain", references, complete=True),
+            "weights": ByName("domain", weights, complete=True),
+            "durations": ByName("domain", durations, complete=True),
+            "start": Columns([*units(names), *units(names, "/s")]),
+        },
+    )
+
+
+def solved(pattern: GaitPattern) -> list[str]:
+    """Return the names of the domains that a file holds."""
+    return [stance.name for stance in pattern.solved]
+
+
+SOLVER = Record(
+    SolverReport,
+    {
+        "solver": TEXT,
+        "status": TEXT,
+        "iterations": Count(),
+        "seconds": Number("s"),
+        "variables": Count(),
+        "constraints": Count(),
+        "violation": Number("scaled"),
+        "objective": Number("N^2 m^2"),
+    },
+)
+
+
+def _multipliers(report: SolverReport) -> Optional:
+    """One multiplier a variable and one a row of the program."""
+    fields = {"bounds": Array("scaled", report.variables), "rows": Array("scaled", report.constraints)}
+    return Optional(Record(LagrangeMultipliers, fields))
+
+
+GAIT_FIELDS: Mapping[str, Field] = {
+    "versions": ByName("package", TEXT),
+    "robot": ROBOT,
+    "ground": GROUNDS,
+    "contact": CONTACTS,
+    "pattern": lambda known: pattern_codec(known["robot"], known["ground"], known["contact"]),
+    "phase": Named("phase", PHASES),
+    "outputs": lambda known: outputs_codec(known["pattern"]),
+    "control_law": Named("control law", CONTROL_LAWS),
+    "allocation_law": LAWS,
+    "landing_rule": Named("landing rule", LANDING_RULES),
+    "speed": Number("m/s"),
+    "limits": lambda known: limits_codec(known["pattern"]),
+    "mesh": lambda known: Named("mesh", {"hermite-simpson": mesh_codec(known["pattern"])}),
+    "domains": lambda known: domains_codec(known["pattern"], known["outputs"], known["mesh"]),
+    "solver": SOLVER,
+    "feedback": lambda known: Optional(feedback_codec(known["pattern"], known["outputs"])),
+    "multipliers": lambda known: _multipliers(known["solver"]),
+}
+
+
+def _take(gait: Gait) -> Json:
+    """Return the parts of a gait as the file divides them."""
+    position, velocity = gait.gains
+    limits = vars(gait.limits)
+    return {
+        **vars(gait),
+        "robot": gait.robot,
+        "ground": gait.pattern.ground,
+        "contact": gait.pattern.contact,
+        "phase": {"name": "time"},
+        "control_law": {
+            "name": "input-output linearisation",
+            "position_gain": position,
+            "velocity_gain": velocity,
+        },
+        "allocation_law": gait.law,
+        "landing_rule": {"name": "simultaneous"},
+        "limits": limits,
+        "mesh": {
+            "name": "hermite-simpson",
+            "intervals": {domain.name: (domain.times.size - 1) // 2 for domain in gait.domains},
+        },
+        "domains": {domain.name: domain for domain in gait.domains},
+    }
+
+
+def _build(**parts: Any) -> Gait:
+    """Put the parts of a file together."""
+    law = parts["control_law"]
+    domains = parts["domains"]
+    return Gait(
+        pattern=parts["pattern"],
+        outputs=parts["outputs"],
+        law=parts["allocation_law"],
+        speed=parts["speed"],
+        gains=(law["position_gain"], law["velocity_gain"]),
+        limits=Limits(**parts["limits"]),
+        domains=tuple(DomainTrajectory(name=name, **domains[name]) for name in solved(parts["pattern"])),
+        solver=parts["solver"],
+        feedback=parts["feedback"],
+        versions=parts["versions"],
+        multipliers=parts["multipliers"],
+    )
+
+
+GAIT = Record(_build, GAIT_FIELDS, take=_take)
+"""The whole file but for format and format version; codecs that need a part find it before them."""

@@ -1,0 +1,136 @@
+"""Whatever is wrong with a file, it is one sentence, and nothing waits or grows."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from amble.errors import InputError
+from amble.io import reader
+from amble.io.reader import parse_json, parse_number, read_bytes, read_json, read_text, read_toml
+
+
+def refused(path: str | Path, match: str) -> None:
+    with pytest.raises(InputError, match=match) as caught:
+        read_json(path, "a file")
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
+def test_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    refused(tmp_path / "pipe", "it is a device or a pipe, not a file")
+
+
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/null", "/dev/tty"])
+def test_a_device_is_refused(device: str) -> None:
+    refused(device, "a device or a pipe|No such device")
+
+
+def test_a_folder_is_refused(tmp_path: Path) -> None:
+    refused(tmp_path, "it is a folder, not a file")
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a\ud800b"])
+def test_a_name_that_no_file_has_is_refused(name: str) -> None:
+    refused(name, "no file has such a name")
+
+
+def test_a_name_with_a_line_break_stays_in_the_sentence(tmp_path: Path) -> None:
+    refused(tmp_path / "a\nb", r"a\\nb.*No such file")
+
+
+def test_a_large_file_is_refused_without_reading_it(tmp_path: Path) -> None:
+    path = tmp_path / "large"
+    with path.open("wb") as stream:
+        stream.truncate(2**36)  # sparse: takes no room on the disk
+    refused(path, "it has more than 64 MB")
+
+
+def test_a_file_is_held_to_its_limit_while_it_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"12345")
+    assert read_bytes(tmp_path / "a", "a file", largest=5) == b"12345"
+    with pytest.raises(InputError, match="has more than"):
+        read_bytes(tmp_path / "a", "a file", largest=4)
+    with pytest.raises(InputError, match="has more than"):  # its size is said to be 0
+        read_bytes("/proc/self/status", "a file", largest=10)
+
+
+def test_a_byte_order_mark_is_no_content(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"\xef\xbb\xbf{}")
+    assert read_text(tmp_path / "a", "a file") == "{}"
+    assert read_json(tmp_path / "a", "a file") == {}
+    (tmp_path / "b").write_bytes(b"\xef\xbb\xbfa = 1")
+    assert read_toml(tmp_path / "b", "a file") == {"a": 1}
+
+
+WRONG = {
+    "not text": (b'{"a": "\xff"}', "is not text in UTF-8"),
+    "utf-16": ('{"a": 1}'.encode("utf-16"), "is not text in UTF-8"),
+    "empty": (b"", "is not JSON"),
+    "two": (b"{} {}", "is not JSON"),
+    "no object": (b"[1]", "is not an object"),
+    "nan": (b'{"a": NaN}', "holds NaN"),
+    "twice": (b'{"a": {"b": 1, "b": 2}}', "key 'b' twice"),
+    "twice, with a line break": (b'{"a\\n": 1, "a\\n": 2}', r"key 'a\\n' twice"),
+    "digits": (b'{"a": ' + b"9" * 5000 + b"}", "more than 40 digits"),
+    "1e400 as an integer": (b'{"a": 1' + b"0" * 400 + b"}", "more than 40 digits"),
+    "brackets": (b'{"a": ' + b"[" * 300 + b"]" * 300 + b"}", "nested deeper than 32"),
+    "braces": (b'{"a":' * 5000 + b"1" + b"}" * 5000, "nested deeper than 32"),
+    "open brackets": (b"[" * 10**6, "nested deeper than 32"),
+    "lone surrogate": (b'{"a": "\\ud800"}', "half of a surrogate pair"),
+    "lone surrogate in a key": (b'{"a": {"\\udc00b": 1}}', "half of a surrogate pair"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_with_json_is_one_sentence(name: str, tmp_path: Path) -> None:
+    content, match = WRONG[name]
+    (tmp_path / "a.json").write_bytes(content)
+    refused(tmp_path / "a.json", match)
+
+
+def test_a_pair_of_surrogates_is_a_character() -> None:
+    assert parse_json('"\\ud83d\\ude00"', "text") == "\U0001f600"
+
+
+def test_the_bounds_are_where_they_are_said_to_be() -> None:
+    deep, long = reader.DEEPEST, reader.LONGEST_INTEGER
+    assert parse_json("[" * deep + "]" * deep, "text") is not None
+    with pytest.raises(InputError, match="nested deeper"):
+        parse_json("[" * (deep + 1) + "]" * (deep + 1), "text")
+    assert parse_json("9" * long, "text") == 10**long - 1
+    with pytest.raises(InputError, match="digits"):
+        parse_json("1" * (long + 1), "text")
+
+
+WRONG_TOML = {
+    "not toml": (b"a =", "is not TOML"),
+    "digits": (b"a = " + b"9" * 5000, "more than 40 digits"),
+    "hexadecimal": (b"a = 0x" + b"f" * 400, "more than 40 digits"),
+    "brackets": (b"a = " + b"[" * 400 + b"]" * 400, "nested deeper than 32"),
+    "dotted": (b"a" + b".a" * 400 + b" = 1", "nested deeper than 32"),
+    "not text": (b"a = '\xff'", "is not text in UTF-8"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_TOML)
+def test_what_is_wrong_with_toml_is_one_sentence(name: str, tmp_path: Path) -> None:
+    content, match = WRONG_TOML[name]
+    (tmp_path / "a.toml").write_bytes(content)
+    with pytest.raises(InputError, match=match) as caught:
+        read_toml(tmp_path / "a.toml", "a file")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["1", "-1.5e3", "+.5", "1.", "inf", "-Infinity", "nan"])
+def test_decimal_numbers_are_read_as_python_does(text: str) -> None:
+    assert repr(parse_number(text)) == repr(float(text))
+
+
+@pytest.mark.parametrize("text", ["1_0", "٣", "0x1", "1 2", "", " 1", "1e", "--1", "1.5.2"])
+def test_other_notations_are_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="not a number"):
+        parse_number(text)
