@@ -6,15 +6,16 @@ of bounded depth and whole numbers of bounded length, no key twice, no character
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
 import stat
 import tomllib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from amble.errors import InputError, shown
 
@@ -33,6 +34,30 @@ LONGEST_INTEGER = 40
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|infinity|nan)", re.ASCII | re.IGNORECASE)
 
 
+@contextlib.contextmanager
+def opened(path: str | Path, what: str, largest: int) -> Iterator[tuple[BinaryIO, int]]:
+    """Open a regular file that is not too large, and yield it with its size; errors as in ``read_bytes``."""
+    name = f"{what} '{shown(str(path))}'"
+    try:
+        # without O_NONBLOCK, opening a pipe waits for somebody who writes
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            status = os.fstat(descriptor)
+            if not stat.S_ISREG(status.st_mode):
+                kind = "a folder" if stat.S_ISDIR(status.st_mode) else "a device or a pipe"
+                raise InputError(f"{name} cannot be read: it is {kind}, not a file")
+            if status.st_size > largest:
+                raise InputError(_too_large(name, largest))
+            with os.fdopen(descriptor, "rb", closefd=False) as stream:
+                yield stream, status.st_size
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise InputError(f"{name} cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a NUL or a lone surrogate in the path
+        raise InputError(f"{name} cannot be read: no file has such a name ({shown(str(error))})") from None
+
+
 def read_bytes(path: str | Path, what: str, largest: int = LARGEST_TEXT) -> bytes:
     """Read a whole regular file.
 
@@ -45,26 +70,10 @@ def read_bytes(path: str | Path, what: str, largest: int = LARGEST_TEXT) -> byte
         InputError: the file is missing, is not a regular file (a folder, device or pipe, which may never end), cannot
             be read, or is too large.
     """
-    name = f"{what} '{shown(str(path))}'"
-    try:
-        # without O_NONBLOCK, opening a pipe waits for somebody who writes
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-        try:
-            status = os.fstat(descriptor)
-            if not stat.S_ISREG(status.st_mode):
-                kind = "a folder" if stat.S_ISDIR(status.st_mode) else "a device or a pipe"
-                raise InputError(f"{name} cannot be read: it is {kind}, not a file")
-            with os.fdopen(descriptor, "rb", closefd=False) as stream:
-                # a file may grow while it is read, so its size alone is not believed
-                content = b"" if status.st_size > largest else stream.read(largest + 1)
-        finally:
-            os.close(descriptor)
-    except OSError as error:
-        raise InputError(f"{name} cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a NUL or a lone surrogate in the path
-        raise InputError(f"{name} cannot be read: no file has such a name ({shown(str(error))})") from None
-    if max(status.st_size, len(content)) > largest:
-        raise InputError(f"{name} cannot be read: it has more than {largest / 2**20:g} MB")
+    with opened(path, what, largest) as (stream, _):
+        content = stream.read(largest + 1)  # a file may grow while it is read, so its size alone is not believed
+    if len(content) > largest:
+        raise InputError(_too_large(f"{what} '{shown(str(path))}'", largest))
     return content
 
 
@@ -170,6 +179,10 @@ def _check_leaves(leaves: list[Any], name: str) -> None:
         "\n".join(leaf for leaf in leaves if type(leaf) is str).encode()
     except UnicodeEncodeError as error:
         raise InputError(f"{name} holds half of a surrogate pair, which is no character: {_reason(error)}") from None
+
+
+def _too_large(name: str, largest: int) -> str:
+    return f"{name} cannot be read: it has more than {largest / 2**20:g} MB"
 
 
 def _limits() -> str:

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError, UnknownNameError, shown
+from amble.io.codec import TEXT, ListOf
+from amble.io.reader import parse_json
 from amble.io.storage import replacing
-from amble.simulation.netcdf import Variable, read_netcdf, write_netcdf
+from amble.simulation.netcdf import Variable, write_netcdf
+from amble.simulation.netcdf_reader import read_netcdf
 from amble.simulation.trace import Event, Trace
 
 FORMAT = "amble trace"
@@ -23,10 +27,26 @@ FORMAT_VERSION = 1
 SIGNAL = "signal_"
 """Prefix of the variables that hold signals, so that a signal may have any name."""
 
-NUMBERS = "iuf"
-"""Kinds of numpy's types that are numbers."""
+AXES = {
+    "time": 1,
+    "clock": 1,
+    "domain": 1,
+    "cycle": 1,
+    "state": 2,
+    "event_time": 1,
+    "event_transition": 1,
+    "event_before": 2,
+    "event_after": 2,
+}
+"""Variables that every trace has, with their number of axes; all finite."""
 
-FINITE = ("time", "clock", "state", "event_time", "event_before", "event_after")
+ATTRIBUTES = (
+    *("format", "format_version", "cycles", "ended", "tolerance", "wall_time_s"),
+    *("domain_names", "state_names", "transition_names"),
+)
+"""Attributes that are read, of the file and of its variables."""
+
+KINDS = {int: "a whole number", float: "a finite number", str: "text"}
 
 
 def save_trace(trace: Trace, path: str | Path, units: Mapping[str, str] | None = None) -> Path:
@@ -58,31 +78,20 @@ def load_trace(path: str | Path) -> Trace:
 
     Raises:
         InputError: in one sentence, where the file is missing, truncated, not a trace, or has numbers that are not
-            finite where a trace has none.
+            finite, or not in range, where a trace has none.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"trace file '{path}' does not exist")
-    try:
-        variables, attributes = read_netcdf(path)
-    except (OSError, ValueError, KeyError, RuntimeError, MemoryError) as error:
-        raise InputError(f"trace file '{path}' is not a netCDF file, or it is damaged") from error
-    found = [
-        str(attributes.get(key)) for key in ("format", "format_version")
-    ]  # as text: it may be an array of anything
-    if found != [FORMAT, str(FORMAT_VERSION)]:
-        raise InputError(f"file '{path}' is not an {FORMAT} of version {FORMAT_VERSION}")
-    for name, variable in variables.items():
-        if variable.values.dtype.kind not in NUMBERS:
-            raise InputError(f"trace file '{path}' does not hold numbers in '{name}'")
-    try:
-        trace = _trace(variables, attributes)
-        values = {name: variables[name].values for name in FINITE}
-    except (KeyError, ValueError, IndexError, TypeError) as error:
-        raise InputError(f"trace file '{path}' is not complete: {error}") from error
-    for name, value in values.items():
-        if not np.all(np.isfinite(value)):
-            raise InputError(f"trace file '{path}' holds numbers that are not finite in '{name}'")
+    name = f"trace file '{shown(str(path))}'"
+    variables, attributes = read_netcdf(path, "trace file", AXES, SIGNAL, ATTRIBUTES)
+    if attributes.get("format") != FORMAT or attributes.get("format_version") != FORMAT_VERSION:
+        raise InputError(f"{name} is not an {FORMAT} of version {FORMAT_VERSION}")
+    for variable in AXES:
+        if variable not in variables:
+            raise InputError(f"{name} is not complete: '{variable}' is missing")
+        if not np.all(np.isfinite(variables[variable].values)):
+            raise InputError(f"{name} holds numbers that are not finite in '{variable}'")
+    _check_lengths(variables, name)
+    trace = _trace(variables, attributes, name)
+    _check_numbers(trace, name)
     return trace
 
 
@@ -137,31 +146,69 @@ def _state_attributes(trace: Trace, units: Mapping[str, str]) -> dict[str, str]:
     return attributes
 
 
-def _trace(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> Trace:
-    transitions = json.loads(variables["event_transition"].attributes["transition_names"])
-    events = zip(
-        variables["event_time"].values,
-        variables["event_transition"].values,
-        variables["event_before"].values,
-        variables["event_after"].values,
-        strict=True,
-    )
+def _check_lengths(variables: Mapping[str, Variable], name: str) -> None:
+    """Hold the lengths of all axes against each other."""
+    states = len(_names(variables, "state", "state_names", name))
+    samples, events = (variables[key].values.shape[0] for key in ("time", "event_time"))
+    shapes = {"state": (samples, states), "event_before": (events, states), "event_after": (events, states)}
+    for key, variable in variables.items():
+        shape = variable.values.shape
+        if key.startswith(SIGNAL):
+            wanted: tuple[int, ...] = (samples, *shape[1:])
+        else:
+            wanted = shapes.get(key, (events if key.startswith("event") else samples,))
+        if shape != wanted:
+            found = " x ".join(map(str, shape))
+            raise InputError(f"{name} is not complete: '{shown(key)}' is {found}, not {' x '.join(map(str, wanted))}")
+    if samples == 0:
+        raise InputError(f"{name} holds no sample")
+
+
+def _check_numbers(trace: Trace, name: str) -> None:
+    """Hold the numbers of domains and cycles against what there is."""
+    if not np.all((trace.domain >= 0) & (trace.domain < len(trace.domains))):
+        raise InputError(f"{name} names a domain that is not one of its {len(trace.domains)}")
+    last = int(trace.cycle.max())
+    fits = np.all(trace.cycle >= 0) and 0 <= trace.cycles <= last + 1 and (trace.events or not trace.cycles)
+    if not fits:
+        raise InputError(f"{name} states {trace.cycles} cycles, which its samples do not have")
+
+
+def _names(variables: Mapping[str, Variable], variable: str, attribute: str, name: str) -> tuple[str, ...]:
+    """Return the list of names in an attribute."""
+    where = f"{name}: '{attribute}' of '{variable}'"
+    text = variables[variable].attributes.get(attribute)
+    if not isinstance(text, str):
+        raise InputError(f"{where} is missing")
+    return ListOf(TEXT).decode(parse_json(text, where), where)
+
+
+def _attribute(attributes: Mapping[str, Any], key: str, kind: type, name: str) -> Any:
+    value = attributes.get(key)
+    if type(value) is not kind or (isinstance(value, float) and not isfinite(value)):
+        raise InputError(f"{name} is not complete: its attribute '{key}' is missing or not {KINDS[kind]}")
+    return value
+
+
+def _trace(variables: Mapping[str, Variable], attributes: Mapping[str, Any], name: str) -> Trace:
+    values = {key: variable.values for key, variable in variables.items()}
+    transitions = _names(variables, "event_transition", "transition_names", name)
+    numbers = values["event_transition"]
+    if not np.all((numbers >= 0) & (numbers < len(transitions))):
+        raise InputError(f"{name} names a transition that is not one of its {len(transitions)}")
+    events = zip(values["event_time"], numbers, values["event_before"], values["event_after"], strict=True)
     return Trace(
-        domains=tuple(json.loads(variables["domain"].attributes["domain_names"])),
-        state_names=tuple(json.loads(variables["state"].attributes["state_names"])),
-        time=variables["time"].values,
-        clock=variables["clock"].values,
-        domain=variables["domain"].values,
-        cycle=variables["cycle"].values,
-        state=variables["state"].values,
-        signals={
-            name.removeprefix(SIGNAL): variable.values
-            for name, variable in variables.items()
-            if name.startswith(SIGNAL)
-        },
+        domains=_names(variables, "domain", "domain_names", name),
+        state_names=_names(variables, "state", "state_names", name),
+        time=values["time"],
+        clock=values["clock"],
+        domain=values["domain"],
+        cycle=values["cycle"],
+        state=values["state"],
+        signals={key.removeprefix(SIGNAL): value for key, value in values.items() if key.startswith(SIGNAL)},
         events=tuple(Event(float(time), transitions[int(number)], *sides) for time, number, *sides in events),
-        cycles=int(attributes["cycles"]),
-        ended=str(attributes["ended"]),
-        tolerance=float(attributes["tolerance"]),
-        seconds=float(attributes["wall_time_s"]),
+        cycles=_attribute(attributes, "cycles", int, name),
+        ended=_attribute(attributes, "ended", str, name),
+        tolerance=_attribute(attributes, "tolerance", float, name),
+        seconds=_attribute(attributes, "wall_time_s", float, name),
     )

@@ -27,8 +27,6 @@ NOT_A_COORDINATE = "_nc4_non_coord_"
 
 DIMENSION_NUMBER, DIMENSION_NUMBERS = "_Netcdf4Dimid", "_Netcdf4Coordinates"
 PROVENANCE = "_NCProperties"
-BOOKKEEPING = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", DIMENSION_NUMBER, DIMENSION_NUMBERS, PROVENANCE)
-"""Attributes that belong to the format, not to the user."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,14 +34,14 @@ class Variable:
     """A named array of a file.
 
     Attributes:
-        dimensions: name of the dimension of every axis.
         values: numbers.
         attributes: name -> text or number.
+        dimensions: name of the dimension of every axis, for writing.
     """
 
-    dimensions: tuple[str, ...]
     values: NDArray[Any]
     attributes: Mapping[str, Any]
+    dimensions: tuple[str, ...] = ()
 
 
 def write_netcdf(path: Path, variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> None:
@@ -76,23 +74,6 @@ def write_netcdf(path: Path, variables: Mapping[str, Variable], attributes: Mapp
                 dataset.attrs[key] = value
 
 
-def read_netcdf(path: Path) -> tuple[dict[str, Variable], dict[str, Any]]:
-    """Read all variables and the attributes of the whole file.
-
-    Raises:
-        OSError, ValueError, KeyError, RuntimeError: where the file is not a netCDF-4 file or is damaged.
-    """
-    import h5py
-
-    with h5py.File(path, "r") as file:
-        variables = {
-            name.removeprefix(NOT_A_COORDINATE): _read(dataset)
-            for name, dataset in file.items()
-            if isinstance(dataset, h5py.Dataset) and not _is_dimension_only(dataset)
-        }
-        return variables, _attributes(file)
-
-
 def _write_scales(file: h5py.File, variables: Mapping[str, Variable]) -> dict[str, h5py.Dataset]:
     """Write the dimensions in the order in which the variables name them."""
     sizes: dict[str, int] = {}
@@ -114,26 +95,3 @@ def _dataset(file: h5py.File, name: str, values: NDArray[Any]) -> h5py.Dataset:
     """Write an array; an axis without entries can grow, for netCDF has no other empty dimension."""
     growing = tuple(size or None for size in values.shape) if values.size == 0 else None
     return file.create_dataset(name, data=values, maxshape=growing, track_order=True)
-
-
-def _is_dimension_only(dataset: h5py.Dataset) -> bool:
-    if not dataset.is_scale:
-        return False
-    name = dataset.attrs.get("NAME", b"")
-    return (name if isinstance(name, bytes) else str(name).encode()).startswith(NOT_A_VARIABLE.encode())
-
-
-def _read(dataset: h5py.Dataset) -> Variable:
-    dimensions = tuple(axis[0].name.lstrip("/") if len(axis) else "" for axis in dataset.dims)
-    return Variable(dimensions=dimensions, values=dataset[()], attributes=_attributes(dataset))
-
-
-def _attributes(holder: h5py.File | h5py.Dataset) -> dict[str, Any]:
-    """Return the user's attributes; text as str, a list of one number as that number, as netCDF libraries do."""
-    found = {}
-    for name, value in holder.attrs.items():
-        if name in BOOKKEEPING:
-            continue
-        single = value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
-        found[name] = single.decode() if isinstance(single, bytes) else single
-    return found
