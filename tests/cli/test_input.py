@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -39,6 +41,13 @@ SPECIFICATIONS = {
     "unknown foot": (SPEC.replace('name = "amble"', 'stances = [["fx"], ["fl"]]'), "unknown foot 'fx'"),
     "missing robot": (OWN_ROBOT, "cannot be read"),
     "not toml": ("[robot", "is not TOML"),
+    "digits": (SPEC.replace("0.2", "9" * 5000, 1), "more than 40 digits"),
+    "large": (SPEC.replace("0.2", "9" * 400, 1), "more than 40 digits"),
+    "nesting": (SPEC + "x = " + "[" * 400 + "]" * 400, "nested deeper than 32"),
+    "underscore": (SPEC.replace("speed = 0.2", 'speed = "0_2 m/s"'), "does not begin with a number"),
+    "nul in a path": (OWN_ROBOT.replace("robot.urdf", "robot\\u0000.urdf"), "no file has such a name"),
+    "device as a robot": (OWN_ROBOT.replace("robot.urdf", "/dev/zero"), "a device or a pipe, not a file"),
+    "folder as a robot": (OWN_ROBOT.replace("robot.urdf", "."), "cannot be read"),
 }
 
 
@@ -80,7 +89,13 @@ def test_a_wrong_robot(
 
 
 @pytest.mark.parametrize("command", ["check", "simulate", "compare", "certify", "stabilize", "export"])
-@pytest.mark.parametrize("content", [None, b"", b'{"format": "amble gait"', b"\x80\xff", b"{}", b'{"format": NaN}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        *(None, b"", b'{"format": "amble gait"', b"\x80\xff", b"{}", b'{"format": NaN}'),
+        *(b"9" * 5000, b"[" * 500 + b"]" * 500, b'{"format": "\\ud800"}', b'{"format": 1' + b"0" * 400 + b"}"),
+    ],
+)
 def test_a_wrong_gait(
     command: str,
     content: bytes | None,
@@ -139,3 +154,76 @@ def test_a_gait_file_runs_no_code(
         subprocess.run([tool.path, "-o", "replay", *sources, "-lm"], check=True)
         subprocess.run(["./replay", "controller/test_vectors.txt"], check=True, capture_output=True)
     assert not (tmp_path / MARKER).exists()
+
+
+@pytest.mark.parametrize("command", ["check", "simulate", "compare", "certify", "stabilize", "export", "synthesize"])
+def test_what_never_ends_is_no_input(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in ("/dev/zero", str(tmp_path / "pipe")):
+        assert exit_code(command, path) == 2
+        error = capsys.readouterr().err
+        assert "not a file" in error
+        assert error.count("\n") == 1
+
+
+HEADER = {"format": "amble results", "format_version": 1}
+STABLE = {
+    "spectral_radius": {"initial": 2.3, "stabilized": 0.4, "error": 1e-5},
+    "multipliers": {"initial": [[2.3, 0.0]], "stabilized": [[0.4, 0.0]]},
+    "section_distances": [1e-3, 1e-4],
+    "perturbed": {"size": 1e-3, "cycles": 2, "sound_from_cycle": 0, "before_sound": None},
+}
+
+RESULTS: dict[str, Any] = {
+    "not text": b"\x80\xff",
+    "utf-16": json.dumps(HEADER).encode("utf-16"),
+    "empty": b"",
+    "list": b"[]",
+    "earlier": {"robot": "astro", "settings": {}},
+    "foreign": {"format": "other", "format_version": 1},
+    "later": {**HEADER, "format_version": 2},
+    "settings number": {**HEADER, "settings": 3},
+    "settings list": {**HEADER, "settings": [1]},
+    "a list in the settings": {**HEADER, "settings": {"a": [1]}},
+    "seconds text": {**HEADER, "seconds": {"a": "b"}},
+    "seconds list": {**HEADER, "seconds": {"a": [1.0]}},
+    "seconds infinite": b'{"format": "amble results", "format_version": 1, "seconds": {"a": 1e999}}',
+    "digits": b'{"format": "amble results", "format_version": 1, "seconds": {"a": 1' + b"0" * 400 + b"}}",
+    "nested": b'{"a": ' + b"[" * 400 + b"]" * 400 + b"}",
+    "surrogate": b'{"format": "amble results", "format_version": 1, "settings": {"a": "\\ud800"}}',
+    "two axes": {**HEADER, **STABLE, "section_distances": [[1.0, 2.0]]},
+    "one distance": {**HEADER, **STABLE, "section_distances": 3},
+    "no distances": {**HEADER, **STABLE, "section_distances": []},
+    "multipliers": {**HEADER, **STABLE, "multipliers": {"initial": [1.0], "stabilized": [[0.4, 0.0]]}},
+    "three numbers": {**HEADER, **STABLE, "multipliers": {"initial": [[1.0, 0.0, 0.0]], "stabilized": [[0.4, 0.0]]}},
+    "radius": {**HEADER, **STABLE, "spectral_radius": [1.0]},
+    "radius text": {**HEADER, **STABLE, "spectral_radius": {"initial": "a", "stabilized": 0.4, "error": 0.1}},
+    "contraction": {**HEADER, **STABLE, "contraction": 3},
+    "perturbed": {**HEADER, **STABLE, "perturbed": [1]},
+    "perturbed cycles": {**HEADER, **STABLE, "perturbed": {**STABLE["perturbed"], "cycles": 1.5}},
+    "before sound": {**HEADER, **STABLE, "perturbed": {**STABLE["perturbed"], "before_sound": {"max_friction": 1}}},
+    "stabilization": {**HEADER, **STABLE, "stabilization": "fast"},
+}
+
+PLACES: dict[str, Callable[[Path], Any]] = {
+    "folder": Path.mkdir,
+    "pipe": os.mkfifo,
+    "device": lambda path: path.symlink_to("/dev/zero"),
+    "broken link": lambda path: path.symlink_to("nowhere"),
+}
+
+
+@pytest.mark.parametrize("name", [*RESULTS, *PLACES])
+def test_earlier_results_that_are_something_else(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "results.json"
+    if name in PLACES:
+        PLACES[name](path)
+    else:
+        content = RESULTS[name]
+        path.write_bytes(content if isinstance(content, bytes) else json.dumps(content).encode())
+    assert exit_code("report", str(tmp_path)) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith("error: ")
+    assert "results" in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""

@@ -9,7 +9,8 @@ import pytest
 import xarray
 
 from amble.errors import InputError
-from amble.simulation.netcdf import Variable, read_netcdf, write_netcdf
+from amble.simulation.netcdf import Variable, write_netcdf
+from amble.simulation.netcdf_reader import read_netcdf
 
 
 def random_variables(events: int) -> dict[str, Variable]:
@@ -47,11 +48,12 @@ def test_what_xarray_wrote_is_read(tmp_path: Path, events: int) -> None:
     variables, path = random_variables(events), tmp_path / "a.nc"
     content = {name: (list(each.dimensions), each.values, each.attributes) for name, each in variables.items()}
     xarray.Dataset(content, attrs={"count": 7, "word": "a"}).to_netcdf(path, engine="h5netcdf")
-    back, attributes = read_netcdf(path)
+    axes = {name: variable.values.ndim for name, variable in variables.items()}
+    wanted = [key for each in variables.values() for key in each.attributes]
+    back, attributes = read_netcdf(path, "file", axes, "signal_", ["count", "word", *wanted])
     assert attributes == {"count": 7, "word": "a"}
     assert set(back) == set(variables)
     for name, variable in variables.items():
-        assert back[name].dimensions == variable.dimensions
         assert np.array_equal(back[name].values, variable.values)
         assert {key: back[name].attributes[key] for key in variable.attributes} == variable.attributes
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -31,13 +32,13 @@ def parse_quantity(value: Any, dimension: str) -> float:
         ValueError: where it is neither, is not finite, or has an unknown unit; the message names the known ones.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(f"{value!r} is not a number or text such as '1 {next(iter(UNITS[dimension]))}'")
+        raise ValueError(f"{reprlib.repr(value)} is not a number or text such as '1 {next(iter(UNITS[dimension]))}'")
     try:
         number = _with_unit(value, UNITS[dimension], dimension) if isinstance(value, str) else float(value)
     except OverflowError:  # a whole number of hundreds of digits
         number = math.inf
     if not math.isfinite(number):
-        raise ValueError(f"{value!r} is not a finite number")
+        raise ValueError(f"{reprlib.repr(value)} is not a finite number")
     return number
 
 

@@ -14,7 +14,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError, UnknownNameError, shown
+from amble.gait.closed_loop import REFERENCE_ORDER
 from amble.io.reader import read_toml
 from amble.io.units import parse_quantity
 
@@ -76,7 +77,7 @@ class GaitSection(Section):
 class OutputsSection(Section):
     """Order of the Bezier curves, the joints that are not controlled (domain -> joints), and the output gains."""
 
-    order: int = 4
+    order: int = Field(default=4, ge=3, le=REFERENCE_ORDER)
     free: dict[str, list[str]] = {}
     position_gain: PositionGain = 100.0
     velocity_gain: VelocityGain = 20.0
@@ -150,10 +151,10 @@ class PostureSection(Section):
 class SolverSection(Section):
     """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations."""
 
-    intervals: int = Field(default=15, ge=2)
-    refinement: int = Field(default=1, ge=1)
+    intervals: int = Field(default=15, ge=2, le=1000)
+    refinement: int = Field(default=1, ge=1, le=100)
     tolerance: Ratio = Field(default=1e-8, gt=0.0)
-    iterations: int = Field(default=500, ge=1)
+    iterations: int = Field(default=500, ge=1, le=1_000_000)
 
 
 class Specification(Section):
@@ -187,14 +188,15 @@ def read_specification(path: str | Path) -> Specification:
 
 def _in_one_sentence(path: Path, error: ValidationError) -> InputError:
     first = error.errors()[0]
-    place = [str(part) for part in first["loc"]]
+    place, name = [str(part) for part in first["loc"]], shown(path.name)
     if first["type"] == "extra_forbidden":
         table = ".".join(place[:-1])
-        return UnknownNameError(f"key in {f'[{table}] of ' if table else ''}{path.name}", place[-1], _keys(place[:-1]))
+        return UnknownNameError(f"key in {f'[{table}] of ' if table else ''}{name}", place[-1], _keys(place[:-1]))
+    where = f"{name}: '{shown('.'.join(place))}'"
     if first["type"] == "missing":
-        return InputError(f"{path.name}: '{'.'.join(place)}' is missing")
+        return InputError(f"{where} is missing")
     reason = str(first["ctx"]["error"]) if first["type"] == "value_error" else first["msg"]
-    return InputError(f"{path.name}: '{'.'.join(place)}': {reason[0].lower()}{reason[1:]}")
+    return InputError(f"{where}: {shown(reason[0].lower() + reason[1:], 300)}")
 
 
 def _keys(place: list[str]) -> list[str]:
