@@ -16,8 +16,9 @@ GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
 def slippery(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same gait where the ground gives less friction than the motion uses, 0.594."""
     tree = json.loads(GAIT.read_text())
-    assert tree["pattern"]["ground"]["parameters"]["friction"] > 0.5
-    tree["pattern"]["ground"]["parameters"]["friction"] = 0.5
+    friction = tree["ground"]["parameters"]["friction"]
+    assert friction["value"] > 0.5
+    friction["value"] = 0.5
     path = tmp_path_factory.mktemp("gait") / "slippery.json"
     path.write_text(json.dumps(tree))
     return path

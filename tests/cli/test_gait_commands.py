@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from amble.cli.check import read
+from amble.errors import InputError
+from amble.gait.files import load_gait, save_gait
 from amble.simulation import load_trace
 from tests.cli.run import exit_code
+from tests.robots import path as urdf
 
 GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
 
@@ -161,3 +166,12 @@ def test_a_changed_coefficient_fails_the_check(tmp_path: Path, capsys: pytest.Ca
     assert "D1 output fl_knee" in captured.out
     assert "FAILED" in captured.out
     assert "the gait does not hold" in captured.err
+
+
+def test_what_a_urdf_does_not_say_is_the_gaits(tmp_path: Path) -> None:
+    gait = load_gait(GAIT)
+    robot = replace(gait.robot, gravity=9.8, twins=gait.robot.twins[::-1], symmetry_tolerance=1e-6)
+    path = save_gait(replace(gait, pattern=replace(gait.pattern, robot=robot)), tmp_path / "gait.json")
+    assert read(path, urdf("astro")).robot == robot
+    with pytest.raises(InputError, match="gait of another robot"):
+        read(path, urdf("astro_cad"))

@@ -45,5 +45,13 @@ def read(path: Path, robot: Path | None) -> Gait:
     if robot is None:
         return gait
     made_for = gait.robot
-    feet = {foot.name: foot.frame for foot in made_for.feet}
-    return load_gait(path, load_robot(robot, feet, name=robot.stem, gravity=made_for.gravity))
+    # what a URDF does not say is the gait's
+    described = load_robot(
+        robot,
+        feet={foot.name: foot.frame for foot in made_for.feet},
+        gravity=made_for.gravity,
+        name=robot.stem,
+        twins=made_for.twins,
+        symmetry_tolerance=made_for.symmetry_tolerance,
+    )
+    return load_gait(path, described)
