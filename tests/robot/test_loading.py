@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -306,3 +307,22 @@ def test_decimal_notations_are_numbers(number: str, tmp_path: Path) -> None:
     text = re.sub(r'<mass\s+value="[^"]+"', f'<mass value="{number}"', path("astro").read_text(), count=1)
     (tmp_path / "robot.urdf").write_text(text)
     assert load_robot(tmp_path / "robot.urdf", FEET).links[0].mass == float(number)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "fixed"])
+def test_a_long_chain_from_its_end_is_linear_work(kind: str, tmp_path: Path) -> None:
+    """5,000 links in reverse order took 24 s; 20,000 now take 3 s of processor time."""
+    size = 5_000
+    body = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    parts = [f'<link name="l{n}">{body}</link>' for n in range(size + 1)]
+    for n in range(1, size + 1):
+        ends = f'<parent link="l{n - 1}"/><child link="l{n}"/>'
+        parts.append(f'<joint name="j{n}" type="{kind if n > 1 else "revolute"}">{ends}</joint>')
+    (tmp_path / "robot.urdf").write_text(f'<robot name="r">{"".join(reversed(parts))}</robot>')
+    begun = time.process_time()
+    found = load_robot(tmp_path / "robot.urdf", {"a": f"l{size}"})
+    order = found.ordered_joints
+    taken = time.process_time() - begun
+    assert len(order) == len(found.joints)
+    assert found.mass == size + 1
+    assert taken < 10.0

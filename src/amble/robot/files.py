@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from amble.errors import InputError
+from amble.errors import InputError, shown
 from amble.io.codec import TEXT, Codec, Count, ListOf, Record
 from amble.io.quantities import Array, Interval, Number
 from amble.robot.model import NO_OVERLAYS, Foot, Joint, Link, Robot
@@ -61,22 +61,35 @@ def _take(robot: Robot) -> Mapping[str, Any]:
 def _build(hash: str, overlays: Json, twins: Any, **fields: Any) -> Robot:
     """Build a robot, and hold it against the hash it was written with."""
     del overlays  # empty, see _Empty
-    links = len(fields["links"])
-    indices = {
-        "child of a joint": [joint.child for joint in fields["joints"]],
-        "parent of a joint": [joint.parent for joint in fields["joints"]],
-        "link of a foot": [foot.link for foot in fields["feet"]],
-    }
-    for what, numbers in indices.items():
-        for number in numbers:
-            if number >= links:
-                raise InputError(f"the {what} in the robot of the gait is link {number} of {links}")
+    _check_tree(fields["links"], fields["joints"], fields["feet"])
     robot = Robot(twins=twins, **fields)
-    if links != len(robot.joints) + 1 or robot.hash != hash:
+    if robot.hash != hash:
         raise InputError(
             f"gait of another robot: what the file says of '{robot.name}' does not have the hash it was written with"
         )
     return robot
+
+
+def _check_tree(links: tuple[Link, ...], joints: tuple[Joint, ...], feet: tuple[Foot, ...]) -> None:
+    """Check that the joints carry every link once, and all from the base: what walks along them ends."""
+    place = "the robot of the gait"
+    if len(links) != len(joints) + 1:
+        raise InputError(f"{place} has {len(links)} links on {len(joints)} joints; there is one more link than joints")
+    for foot in feet:
+        if foot.link >= len(links):
+            raise InputError(f"the link of foot '{shown(foot.name)}' in {place} is link {foot.link} of {len(links)}")
+    below: dict[int, list[int]] = {}
+    for number, joint in enumerate(joints, start=1):
+        if joint.child != number or joint.parent >= len(links):
+            name, child, parent = shown(joint.name), joint.child, joint.parent
+            raise InputError(f"joint '{name}' in {place} is joint {number}, but moves link {child} on link {parent}")
+        below.setdefault(joint.parent, []).append(number)
+    reached = [0]
+    for link in reached:  # grows while it is walked
+        reached += below.get(link, [])
+    if len(reached) < len(links):
+        lost = min(set(range(len(links))) - set(reached))
+        raise InputError(f"link '{shown(links[lost].name)}' in {place} is in a cycle, not connected to the base")
 
 
 ROBOT = Record(

@@ -81,7 +81,7 @@ def load_robot(
 
 def _find_root(file: FileRobot, path: Path) -> str:
     """Return the name of the base link, with every joint checked on the way."""
-    names = [link.name for link in file.links]
+    names = dict.fromkeys(link.name for link in file.links)
     parent_of: dict[str, FileJoint] = {}
     for joint in file.joints:
         for link in (joint.parent, joint.child):
@@ -123,36 +123,47 @@ def _place(file: FileRobot, root: str, joints: list[FileJoint], path: Path) -> d
             raise InputError(f"{path.name}: joint '{joint.name}' mimics '{joint.mimics}', which is not supported")
         if joint.kind not in (*REVOLUTE, "fixed", "floating"):
             raise InputError(f"{path.name}: joint '{joint.name}' is {joint.kind}; known: revolute, continuous, fixed")
-    waiting = [joint for joint in file.joints if joint.kind == "fixed"]
-    while waiting:
-        ready = [joint for joint in waiting if joint.parent in placements]
-        if not ready:
-            raise InputError(f"{path.name}: link '{waiting[0].child}' is not connected to the base '{root}'")
-        for joint in ready:
-            on = placements[joint.parent]
+    fixed: dict[str, list[FileJoint]] = {}
+    for joint in file.joints:
+        if joint.kind == "fixed":
+            fixed.setdefault(joint.parent, []).append(joint)
+    placed = list(placements)
+    while placed:
+        link = placed.pop()
+        on = placements[link]
+        for joint in fixed.pop(link, ()):
             placements[joint.child] = _Placement(
                 on.carrier, snap(on.rotation @ joint.rotation), on.translation + on.rotation @ joint.translation
             )
-        waiting = [joint for joint in waiting if joint not in ready]
+            placed.append(joint.child)
+    if fixed:
+        lost = next(joint for joint in file.joints if joint.kind == "fixed" and joint.child not in placements)
+        raise InputError(f"{path.name}: link '{lost.child}' is not connected to the base '{root}'")
     _check_connected(joints, placements, root, path)
     return placements
 
 
 def _check_connected(joints: list[FileJoint], placements: dict[str, _Placement], root: str, path: Path) -> None:
     """Raise where a moving link's parents never reach the base: a cycle beside the tree."""
-    reached = {0}
-    for _ in joints:
-        reached |= {i for i, joint in enumerate(joints, start=1) if placements[joint.parent].carrier in reached}
+    below: dict[int, list[int]] = {}
     for index, joint in enumerate(joints, start=1):
-        if index not in reached:
+        below.setdefault(placements[joint.parent].carrier, []).append(index)
+    reached = [0]
+    for carrier in reached:  # grows while it is walked
+        reached += below.pop(carrier, [])
+    for joint in joints:
+        if placements[joint.parent].carrier in below:
             raise InputError(f"{path.name}: link '{joint.child}' is in a cycle, not connected to the base '{root}'")
 
 
 def _merge(file: FileRobot, placements: Mapping[str, _Placement], carriers: list[str]) -> tuple[Link, ...]:
     """Sum the inertias of all links that one moving link carries."""
     merged = []
-    for carrier, name in enumerate(carriers):
-        parts = [(link, placements[link.name]) for link in file.links if _carried(link, placements, carrier)]
+    carried: list[list[tuple[FileLink, _Placement]]] = [[] for _ in carriers]
+    for link in file.links:
+        if link.name in placements:
+            carried[placements[link.name].carrier].append((link, placements[link.name]))
+    for name, parts in zip(carriers, carried, strict=True):
         mass = sum(link.mass for link, _ in parts)
         centers = [at.translation + at.rotation @ link.center for link, at in parts]
         center = sum((link.mass * c for (link, _), c in zip(parts, centers, strict=True)), np.zeros(3))
@@ -163,10 +174,6 @@ def _merge(file: FileRobot, placements: Mapping[str, _Placement], carriers: list
             inertia += at.rotation @ link.inertia @ at.rotation.T - link.mass * arm @ arm
         merged.append(Link(name, float(mass), frozen(center), frozen((inertia + inertia.T) / 2.0)))
     return tuple(merged)
-
-
-def _carried(link: FileLink, placements: Mapping[str, _Placement], carrier: int) -> bool:
-    return link.name in placements and placements[link.name].carrier == carrier
 
 
 def _check_links(links: tuple[Link, ...], path: Path) -> None:

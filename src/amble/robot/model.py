@@ -217,12 +217,14 @@ class Robot:
     @cached_property
     def ordered_joints(self) -> tuple[int, ...]:
         """Joint indices, every joint after the one that moves its parent link."""
-        reached: set[int] = {0}
+        below: dict[int, list[int]] = {}
+        for j, joint in enumerate(self.joints):
+            below.setdefault(joint.parent, []).append(j)
         order: list[int] = []
-        while len(order) < len(self.joints):
-            ready = [j for j, joint in enumerate(self.joints) if joint.parent in reached and joint.child not in reached]
-            order.extend(ready)
-            reached.update(self.joints[j].child for j in ready)
+        layer = below.get(0, [])
+        while layer:
+            order += layer
+            layer = sorted(j for above in layer for j in below.get(self.joints[above].child, ()))
         return tuple(order)
 
     def chain(self, link: int) -> tuple[int, ...]:
