@@ -76,7 +76,7 @@ def test_ground_and_contact_are_in_the_file(tmp_path: Path) -> None:
     assert load_gait(path).pattern == gait.pattern
     tree["ground"]["name"] = "moon"
     path.write_text(json.dumps(tree))
-    with pytest.raises(UnknownNameError, match="unknown ground .*'moon'; known: plane"):
+    with pytest.raises(UnknownNameError, match=r"unknown ground .*'moon'; known: plane"):
         load_gait(path)
     with pytest.raises(InputError, match="cannot be written to a file"):
         save_gait(on_ground(gait, HeightField(function=lambda x, y: 0.1 * x * y, symmetric=True)), path)
