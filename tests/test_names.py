@@ -152,7 +152,7 @@ def test_hostile_texts_in_a_gait_file(stabilised_gait: Gait, tmp_path: Path) -> 
     """Every text is drawn in turn: what is a name loads and is written back the same, all else is one sentence."""
     gait = replace(stabilised_gait, multipliers=None)
     file, outcomes = tmp_path / "gait.json", {True: 0, False: 0}
-    head = {"format": "amble gait", "format_version": 2, "versions": dict(gait.versions)}
+    head = {"format": "amble gait", "format_version": 3, "versions": dict(gait.versions)}
     plain = json.loads(dumps({**head, **to_dict(gait)}))
     for number, name in enumerate(drawn(2, 40)):
         old = fields(gait)[number % len(fields(gait))]
@@ -184,7 +184,7 @@ def test_hostile_texts_elsewhere_in_a_gait_file(stabilised_gait: Gait, tmp_path:
         elif place == "casadi":
             tree["versions"][place] = name
         elif place == "law":
-            tree["law"]["name"] = name
+            tree["allocation_law"]["name"] = name
         elif place == "unit":
             tree["speed"]["unit"] = name
         else:
