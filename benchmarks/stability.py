@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.stability.monodromy import monodromy, prepare_variational
-from amble.stability.stabilize import stabilize
+from amble.stability.stabilize import stabilization
 from benchmarks.baselines import walking_gait
 from benchmarks.figures import Figure, show, timed
 
@@ -22,7 +22,7 @@ def measure() -> list[Figure]:
     whole, _ = timed(lambda: monodromy(system, start, TOLERANCE))
     once, _ = timed(lambda: prepared(start, TOLERANCE), 7)
     bare = replace(gait, feedback=None)
-    seconds, found = timed(lambda: stabilize(bare), 1)
+    seconds, found = timed(lambda: stabilization(bare), 1)
     steps = len(found.steps) - 1
     note = f"radius of a cycle {found.initial:.3g} -> {found.radius:.3g}, bound {found.bound:.3g}, in {steps} steps"
     return [

@@ -12,9 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from amble.control import joint_outputs
 from amble.gait import Gait
-from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
@@ -34,8 +32,7 @@ COMPILE = (
 
 def paper_problem(speed: float = 0.2, intervals: int = 15) -> GaitProblem:
     """Return the paper's problem: ASTRo's amble, half a cycle."""
-    pattern = amble(catalogue.astro())
-    return gait_problem(pattern, joint_outputs(pattern), speed, intervals=intervals)
+    return gait_problem(catalogue.astro(), "amble", speed=speed, intervals=intervals)
 
 
 def measure() -> list[Figure]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from typing import cast
 
 import numpy as np
 
-from amble.control import AllocationLaw, joint_outputs
+from amble.control import AllocationLaw, PseudoInverse, joint_outputs
 from amble.gait import DomainTrajectory, Gait, Limits, SolverReport
 from amble.hybrid import GaitPattern, gait_pattern
 from amble.robot import Robot, catalogue
@@ -18,7 +19,10 @@ DURATIONS = (0.15, 0.05)
 PERIOD = 2.0 * sum(DURATIONS)
 SPEED = 0.2
 ENTRIES = np.concatenate([[0.0], np.cumsum([*DURATIONS, *DURATIONS])])
-STANCES = (("fr", "rl"), ("fr", "rr"), ("fl", "rr"), ("fl", "rl"))
+Stances = tuple[tuple[str, ...], ...]
+STANCES: Stances = (("fr", "rl"), ("fr", "rr"), ("fl", "rr"), ("fl", "rl"))
+THREE: Stances = (("fr", "rl", "rr"), ("fr", "rl"), ("fl", "rr", "rl"), ("fl", "rr"))
+"""Stances of three feet and of two in turn."""
 
 
 @cache
@@ -71,11 +75,11 @@ def torques(times: np.ndarray) -> np.ndarray:
     return found
 
 
-def forces(times: np.ndarray, stance: int) -> np.ndarray:
+def forces(times: np.ndarray, stance: int, stances: Stances = STANCES) -> np.ndarray:
     """Contact forces of all feet in one stance, (n, 12), N: half the weight each, tilted by 0.2, swing feet zero."""
     robot = astro()
     found = np.zeros((len(times), 4, 3))
-    for foot in STANCES[stance]:
+    for foot in stances[stance]:
         side = 1.0 if foot.endswith("l") else -1.0
         found[:, robot.foot_names.index(foot)] = [0.0, 21.0 * side, 105.0]
     return found.reshape(len(times), 12)
@@ -142,8 +146,26 @@ def synthetic_gait(nodes: int = 31) -> Gait:
     )
 
 
+def three_footed_gait() -> Gait:
+    """The same motion on three and two feet in turn, under the pseudo-inverse."""
+    gait = synthetic_gait()
+    pattern = gait_pattern(astro(), THREE, mirrored=True, name="crawl")
+    outputs = joint_outputs(pattern, free={"D1": ["rl_hip_pitch", "rr_hip_pitch", "fr_hip_yaw"]})
+    domains = []
+    for number, (domain, feet) in enumerate(zip(gait.domains, THREE, strict=False)):
+        columns = sorted(astro().foot_names.index(foot) for foot in feet)
+        force = forces(domain.times, number, THREE).reshape(-1, 4, 3)[:, columns].reshape(len(domain.times), -1)
+        impulse = np.zeros(9 if number else 0)  # D1 ends with a foot that lifts
+        coefficients = np.zeros((len(outputs.of(domain.name).coordinates), 5))
+        domains.append(replace(domain, forces=force, impulse=impulse, coefficients=coefficients))
+    return replace(gait, pattern=pattern, outputs=outputs, law=PseudoInverse(), domains=tuple(domains))
+
+
 def synthetic_trace(
-    cycles: int = 2, samples: int = 30, change: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    cycles: int = 2,
+    samples: int = 30,
+    change: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+    stances: Stances = STANCES,
 ) -> Trace:
     """Whole cycles of the same motion as a trace; ``change`` (times, states) -> states perturbs it.
 
@@ -157,7 +179,7 @@ def synthetic_trace(
         state = np.hstack(motion(times))
         foot = np.zeros((samples, 4, 3))
         for column, name in enumerate(astro().foot_names):
-            standing = name in STANCES[stance]
+            standing = name in stances[stance]
             foot[:, column] = [visit // 4, column, 0.0] if standing else [0.0, column, 0.05]
             if name == "rl" and stance == 3:  # the stance phase of rl runs on into the next cycle
                 foot[:, column, 0] += 1.0
@@ -168,7 +190,7 @@ def synthetic_trace(
             "cycle": np.full(samples, visit // 4),
             "state": state if change is None else change(times, state),
             "torque": torques(times),
-            "force": forces(times, stance),
+            "force": forces(times, stance, stances),
             "foot": foot.reshape(samples, 12),
             "foot_velocity": np.zeros((samples, 12)),
             "pivot": np.full((samples, 1), 2.5),

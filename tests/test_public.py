@@ -1,13 +1,19 @@
-"""The public names of the package."""
+"""The public names of the package: what resolves, what a type checker sees, and what README.md shows."""
 
 from __future__ import annotations
 
+import ast
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import amble
+from tests.robots import path as robot_file
+
+ROOT = Path(__file__).parents[1]
 
 
 @pytest.mark.parametrize("name", amble.__all__)
@@ -18,7 +24,7 @@ def test_every_public_name_resolves(name: str) -> None:
 
 def test_an_unknown_name_says_what_is_known() -> None:
     with pytest.raises(AttributeError, match="no attribute 'walk'; known: Actuator"):
-        amble.walk  # noqa: B018
+        amble.walk  # type: ignore[attr-defined]  # noqa: B018
 
 
 def test_names_are_those_of_their_homes() -> None:
@@ -27,11 +33,89 @@ def test_names_are_those_of_their_homes() -> None:
     assert amble.load_gait is load_gait
 
 
-def test_the_names_in_the_readme_exist() -> None:
-    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    page = re.search(r"```python\n(.*?)```", text, re.DOTALL)
-    assert page is not None
-    used = set(re.findall(r"\bamble\.([A-Za-z_]+)", page.group(1)))
-    assert used
-    for name in used:
-        assert hasattr(amble, name), name
+def test_table_and_stub_say_the_same() -> None:
+    """Where each name comes from, and which names there are."""
+    tree = ast.parse((ROOT / "src" / "amble" / "__init__.pyi").read_text(encoding="utf-8"))
+    homes: dict[str, str] = {}
+    for statement in tree.body:
+        if isinstance(statement, ast.ImportFrom):
+            for alias in statement.names:
+                assert alias.asname is not None, "without a second name a type checker does not see it"
+                homes[alias.asname] = f"{statement.module}.{alias.name}"
+    modules = set(amble._MODULES)  # type: ignore[attr-defined]
+    table: dict[str, str] = amble._HOME  # type: ignore[attr-defined]
+    expected = {name: home if name in modules else f"{home}.{name}" for name, home in table.items()}
+    assert homes == expected
+    listed = next(each.value for each in tree.body if isinstance(each, ast.Assign))
+    assert sorted(ast.literal_eval(listed)) == sorted(amble.__all__) == sorted(["__version__", *table])
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("mypy")
+
+
+def typed(script: Path, cache: Path) -> subprocess.CompletedProcess[str]:
+    """Check a script as a user would, against the package as it is installed here."""
+    options = ["--strict", "--config-file", str(ROOT / "pyproject.toml"), "--follow-imports", "silent"]
+    command = [sys.executable, "-m", "mypy", *options, "--cache-dir", str(cache), str(script)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+
+
+WRONG = """
+import amble
+
+robot = amble.robots.astro()
+gait = amble.synthesise(amble.gait_problem(robot, "amble", speed=0.2))
+amble.simulate(robot, cycles=3)
+amble.simulate(amble.load_gait("gait.json"), cycle=3)
+radius: str = amble.certify(amble.load_gait("gait.json")).radius
+"""
+
+
+def test_a_misspelt_name_or_argument_and_a_wrong_type_fail_the_type_check(tmp_path: Path, cache: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(WRONG)
+    done = typed(script, cache)
+    assert done.returncode == 1, done.stderr
+    lines: dict[int, str] = {}
+    for found in re.finditer(r":(\d+): error: (.*)", done.stdout):
+        lines[int(found.group(1))] = lines.get(int(found.group(1)), "") + found.group(2)
+    assert set(lines) == {5, 6, 7, 8}, done.stdout
+    assert 'has no attribute "synthesise"' in lines[5]
+    assert "No overload variant" in lines[6]
+    assert '"cycle"' in lines[7]
+    assert "Incompatible types" in lines[8]
+
+
+def blocks() -> list[str]:
+    """Every block of Python in README.md."""
+    return re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+
+
+def test_readme_and_examples_pass_the_type_check(tmp_path: Path, cache: Path) -> None:
+    for number, block in enumerate(blocks()):
+        script = tmp_path / f"readme_{number}.py"
+        script.write_text(block)
+        done = typed(script, cache)
+        assert done.returncode == 0, done.stdout + done.stderr
+    for example in sorted((ROOT / "examples").glob("*.py")):
+        done = typed(example, cache)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("number", range(len(blocks())))
+def test_the_code_of_the_readme_runs(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As it stands; a file that it reads lies in the folder."""
+    block = blocks()[number]
+    if "go2.urdf" in block:
+        (tmp_path / "go2.urdf").write_bytes(robot_file("go2").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, f"README.md, block {number}", "exec"), {"__name__": "readme"})
+
+
+@pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
+def test_every_example_runs(example: Path) -> None:
+    done = subprocess.run([sys.executable, str(example)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout

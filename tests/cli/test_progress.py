@@ -9,6 +9,7 @@ import pytest
 
 from amble.cli import progress as module
 from amble.cli.progress import PAUSE, progress
+from amble.progress import ProgressReport
 
 
 class Clock:
@@ -30,7 +31,7 @@ def test_lines_come_at_once_and_then_now_and_then(
         shown = []
         for number in range(21):
             Clock.now = 100.0 + number * PAUSE / 10
-            update(f"step {number}")
+            update(ProgressReport(what="step", done=number))
             shown.append(capsys.readouterr().err)
     assert [number for number, text in enumerate(shown) if text] == [0, 10, 20]
     assert shown[20] == "walking: step 20\n"
@@ -38,7 +39,7 @@ def test_lines_come_at_once_and_then_now_and_then(
 
 def test_nothing_is_said_on_standard_output(capsys: pytest.CaptureFixture[str]) -> None:
     with progress("walking") as update:
-        update("step 1")
+        update(ProgressReport(what="step", done=1))
     assert capsys.readouterr().out == ""
 
 
@@ -52,4 +53,4 @@ def test_a_terminal_shows_names_as_they_are(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setenv("TERM", "xterm")
     with progress("walking") as update:
-        update("worst row 'height [/red]'")
+        update(ProgressReport(what="worst row 'height [/red]'"))

@@ -66,6 +66,14 @@ def test_one_foot_and_no_foot_leave_nothing_out() -> None:
     assert all(len(outputs.of(name).coordinates) == 12 for name in ("D1", "D2"))
 
 
+def test_an_empty_choice_is_a_choice() -> None:
+    """It meant the default, so that a stance on two feet that should leave nothing out silently left the hip out."""
+    with pytest.raises(InputError, match=r"11 actuated degrees of freedom, but 12 outputs \(left out: none\)"):
+        joint_outputs(amble(astro()), free={"D1": []})
+    single = gait_pattern(astro(), [("fl",), ()])
+    assert joint_outputs(single, free={"D1": []}) == joint_outputs(single)
+
+
 def test_the_user_may_choose() -> None:
     outputs = joint_outputs(amble(astro()), order=5, free={"D1": ["fr_knee"]})
     assert outputs.order == 5

@@ -141,7 +141,9 @@ def test_the_gait_problem_holds_the_new_contact(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setenv("AMBLE_COMPILER", "none")
     pattern = amble(robot("astro"), Plane(slope=0.1), TORSIONAL)
     free = {"D1": ["rl_hip_pitch", "fr_hip_yaw"], "D2": ["rr_hip_pitch", "fr_hip_yaw"]}
-    program = build_program(gait_problem(pattern, joint_outputs(pattern, free=free), 0.2, intervals=2))
+    program = build_program(
+        gait_problem(pattern.robot, pattern, speed=0.2, outputs=joint_outputs(pattern, free=free), intervals=2)
+    )
     names = program.program.row_names
     for name in ("D1 node 0 contact rl twist", "D1->D2 impact rr twist", "D2 node 1 friction fr +x-twist (10 N)"):
         assert name in names

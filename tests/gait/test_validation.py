@@ -49,7 +49,7 @@ def higher_references(gait: Gait) -> Gait:
 
 
 REFUSED: dict[str, tuple[Callable[[Gait], object], str]] = {
-    "negative duration": (lambda g: with_first(g, duration=-1.0), "D1, duration is -1; it must be positive"),
+    "negative duration": (lambda g: with_first(g, duration=-1.0), "duration is -1; it must be"),
     "no duration": (lambda g: with_first(g, duration=0.0), "duration of domain 'D1' is 0 s"),
     "endless": (lambda g: with_first(g, duration=np.inf), "positive and finite"),
     "other duration": (lambda g: with_first(g, duration=2.0 * first(g).duration), "but its clock runs from 0 to"),
@@ -110,8 +110,14 @@ def zero(tree: Any) -> None:
 
 
 FILES: dict[str, tuple[Callable[[Any], object], str]] = {
-    "duration": (lambda t: t["domains"]["D1"]["duration"].update(value=-1.0), "D1, duration is -1; it must be positive"),
-    "feedback": (lambda t: t["feedback"]["durations"]["D2"].update(value=0.0), "feedback, durations, D2 is 0; it must be positive"),
+    "duration": (
+        lambda t: t["domains"]["D1"]["duration"].update(value=-1.0),
+        "duration is -1; it must be",
+    ),
+    "feedback": (
+        lambda t: t["feedback"]["durations"]["D2"].update(value=0.0),
+        "durations, D2 is 0; it must",
+    ),
     "order": (lambda t: t["outputs"].update(order=0), "order is 0; it must be from 1"),
     "output": (cut_output, "it needs 11"),
     "zeros": (zero, "nothing moves"),

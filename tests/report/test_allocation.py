@@ -7,20 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from amble.analysis import Samples, samples_of_gait
+from amble.analysis import Samples, compare_allocations, every_law, samples_of_gait
 from amble.analysis.allocation import LawMetrics, law_torques
-from amble.control import BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
+from amble.control import MinimumPeak, PseudoInverse
 from amble.control.actuator import actuator
-from amble.errors import InputError
 from amble.gait import Gait
-from amble.report.allocation import (
-    allocation_figure,
-    allocation_results,
-    allocation_table,
-    compare_allocations,
-    every_law,
-    labelled,
-)
+from amble.report.allocation import allocation_figure, allocation_results, allocation_table
 from tests.grounds import on_friction
 
 
@@ -31,7 +23,7 @@ def samples(stabilised_gait: Gait) -> Samples:
 
 @pytest.fixture(scope="module")
 def torques(stabilised_gait: Gait, samples: Samples) -> dict[str, np.ndarray]:
-    return law_torques(samples, every_law(stabilised_gait))
+    return law_torques(samples, every_law(stabilised_gait).laws)
 
 
 @pytest.fixture(scope="module")
@@ -107,16 +99,3 @@ def test_the_figure_has_one_line_a_law_and_joint(stabilised_gait: Gait) -> None:
     laws = {"pinv": PseudoInverse(), "peak": MinimumPeak()}
     axes = allocation_figure(stabilised_gait, laws).axes
     assert [len(axis.lines) for axis in axes] == [2] * 6
-
-
-def test_laws_of_one_name_are_told_apart() -> None:
-    laws = [MinimumPower("paper"), MinimumPower("datasheet"), BoundedMinimumNorm()]
-    assert list(labelled(laws)) == ["power (paper)", "power (datasheet)", "bounded"]
-
-
-def test_no_law_is_an_error(stabilised_gait: Gait, samples: Samples) -> None:
-    from amble.analysis.allocation import AllocationLimits, allocation_metrics
-
-    del stabilised_gait
-    with pytest.raises(InputError, match="no allocation law"):
-        allocation_metrics(samples, {}, AllocationLimits(0.6, 0.0, {}), [actuator("paper")])

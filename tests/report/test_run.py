@@ -11,12 +11,12 @@ import pytest
 from amble.analysis import ContactBounds, compare, contact_report, samples_of_gait, samples_of_trace
 from amble.control import PseudoInverse
 from amble.control.actuator import ACTUATORS
-from amble.report.run import Run, Stability, main_table, run_results, write_run
+from amble.report.run import RunReport, Stability, main_table, run_results, write_run
 from tests.synthetic import SPEED, amble_pattern, synthetic_gait, synthetic_trace
 
 
 @pytest.fixture(scope="module")
-def run() -> Run:
+def run() -> RunReport:
     gait = dataclasses.replace(synthetic_gait(), law=PseudoInverse())
     trace = synthetic_trace(3)
     simulated = samples_of_trace(trace, amble_pattern())
@@ -32,7 +32,7 @@ def run() -> Run:
         distances=1e-3 * 0.44 ** np.arange(4),
         results={"spectral_radius": {"initial": 17.0, "stabilized": 0.44, "error": 1e-6}},
     )
-    return Run(
+    return RunReport(
         gait=gait,
         simulated=simulated,
         cycles=3,
@@ -47,7 +47,7 @@ def run() -> Run:
     )
 
 
-def test_results_have_the_keys_that_readers_expect(run: Run) -> None:
+def test_results_have_the_keys_that_readers_expect(run: RunReport) -> None:
     found = run_results(run)
     assert {"robot", "speed_desired", "speed_achieved", "cycles", "versions"} <= set(found)
     for methods in ("methods", "methods_datasheet"):
@@ -68,7 +68,7 @@ def test_results_have_the_keys_that_readers_expect(run: Run) -> None:
     assert simulated == pytest.approx(nominal, rel=1e-5)
 
 
-def test_written_run_is_whole(run: Run, tmp_path: Path) -> None:
+def test_written_run_is_whole(run: RunReport, tmp_path: Path) -> None:
     written = write_run(tmp_path / "astro-amble", run)
     assert all(path.stat().st_size > 0 for path in written)
     place = tmp_path / "astro-amble"
@@ -94,7 +94,7 @@ def test_written_run_is_whole(run: Run, tmp_path: Path) -> None:
     assert "| tolerance" in page
 
 
-def test_run_without_stability(run: Run) -> None:
+def test_run_without_stability(run: RunReport) -> None:
     found = run_results(dataclasses.replace(run, stability=None, extra={"section_error": 1e-9}))
     assert "spectral_radius" not in found
     assert found["section_error"] == 1e-9

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from amble.report.assembly import monitors, perturbed_results
+from amble.analysis import monitors
+from amble.report.stability_results import perturbed_results
 from amble.report.stability_table import stability_table
 from amble.types import Json
 from tests.synthetic import amble_pattern, synthetic_gait, synthetic_trace

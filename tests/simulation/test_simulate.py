@@ -1,14 +1,21 @@
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pytest
 
-from amble.errors import InputError
+from amble.errors import InputError, WorkError
+from amble.gait import Gait
+from amble.gait.closed_loop import start_state
+from amble.progress import ProgressReport
 from amble.simulation import simulate
+from amble.simulation.perturbation import perturbed
 from tests.hybrids import GRAVITY, bouncing_ball, clockwork, two_phases
+
+module = importlib.import_module("amble.simulation.simulate")
 
 
 def test_a_ball_bounces_as_it_must() -> None:
@@ -72,9 +79,10 @@ def test_a_graph_may_branch() -> None:
 
 
 def test_progress_is_reported_every_cycle() -> None:
-    calls: list[tuple[int, int]] = []
-    simulate(bouncing_ball(), np.array([0.0, 1.0]), 3, progress=lambda done, wanted: calls.append((done, wanted)))
-    assert calls == [(1, 3), (2, 3), (3, 3)]
+    calls: list[ProgressReport] = []
+    simulate(bouncing_ball(), np.array([0.0, 1.0]), 3, progress=calls.append)
+    assert [(call.done, call.of) for call in calls] == [(1, 3), (2, 3), (3, 3)]
+    assert str(calls[0]) == "cycle 1 of 3"
 
 
 @pytest.mark.parametrize(
@@ -101,3 +109,33 @@ def test_the_record_is_read_only() -> None:
     trace = simulate(bouncing_ball(), np.array([0.0, 1.0]), 1)
     with pytest.raises(ValueError, match="read-only"):
         trace.state[0, 0] = 1.0
+
+
+def test_a_motion_that_goes_on_without_rank_is_refused(monkeypatch: pytest.MonkeyPatch, stabilised_gait: Gait) -> None:
+    assert simulate(stabilised_gait, cycles=1).completed
+    monkeypatch.setattr(module, "SMALLEST_PIVOT", 1.0)  # pivots are sines, so that none reaches it
+    with pytest.raises(WorkError, match=r"lose rank in domain 'D\d' at .* smallest pivot 0\.\d+, at least 1 is needed"):
+        simulate(stabilised_gait, cycles=1)
+
+
+def test_a_fall_is_a_trace_whatever_its_pivots(monkeypatch: pytest.MonkeyPatch, stabilised_gait: Gait) -> None:
+    monkeypatch.setattr(module, "SMALLEST_PIVOT", 1.0)
+    trace = simulate(stabilised_gait, cycles=5, perturbation=0.5)
+    assert not trace.completed
+    assert trace.ended.startswith("the motion")
+
+
+def test_a_gait_walks_from_another_start_too(stabilised_gait: Gait) -> None:
+    start = perturbed(start_state(stabilised_gait), 1e-3, 4)
+    trace = simulate(stabilised_gait, start, cycles=1)
+    assert np.array_equal(trace.state[0], start)
+    again = simulate(stabilised_gait, cycles=1, perturbation=1e-3, seed=4)
+    assert np.array_equal(again.state, trace.state)
+
+
+def test_what_only_a_gait_has_is_refused_of_a_system(stabilised_gait: Gait) -> None:
+    ball: Any = bouncing_ball()
+    with pytest.raises(InputError, match="is simulated from a start"):
+        simulate(ball, cycles=1)
+    with pytest.raises(InputError, match="only a gait takes another allocation law"):
+        simulate(ball, np.array([0.0, 1.0]), 1, law=stabilised_gait.law)

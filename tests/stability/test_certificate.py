@@ -87,7 +87,7 @@ def test_a_refusal_carries_every_row_that_was_checked(state: np.ndarray) -> None
 
 def test_a_certificate_tells_what_it_computes(state: np.ndarray) -> None:
     told: list[str] = []
-    certify(travelling(0.7, -1), state, progress=told.append)
+    certify(travelling(0.7, -1), state, progress=lambda report: told.append(str(report)))
     assert told[:3] == [f"variational equations, tolerance {tolerance:g}" for tolerance in (1e-8, 1e-10, 1e-12)]
     assert told[3] == "differences, step 0.001, state 1 of 5"
 

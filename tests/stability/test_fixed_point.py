@@ -9,6 +9,7 @@ from examples import simplest_walker
 
 from amble.errors import FallError, NotSolvedError
 from amble.hybrid import Domain, HybridSystem, Transition
+from amble.progress import ProgressReport
 from amble.stability import fixed_point, poincare_map
 from tests.hybrids import bouncing_ball, travelling, two_phases
 
@@ -39,9 +40,10 @@ def test_a_walker_that_moves_on_is_periodic_up_to_its_symmetries(turn: float, mi
 
 
 def test_progress_is_reported() -> None:
-    steps: list[tuple[int, float]] = []
-    found = fixed_point(two_phases(), np.array([0.0, 1.0, 0.2]), progress=lambda n, r: steps.append((n, r)))
-    assert [residual for _, residual in steps] == list(found.history[1:])
+    steps: list[ProgressReport] = []
+    found = fixed_point(two_phases(), np.array([0.0, 1.0, 0.2]), progress=steps.append)
+    assert [step.value for step in steps] == list(found.history[1:])
+    assert [step.done for step in steps] == list(range(1, len(found.history)))
 
 
 def test_no_fixed_point_ends_with_the_rows() -> None:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from amble.control import DropActuator, PseudoInverse
+from amble.defaults import FREE
 from amble.errors import NotSolvedError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
-from amble.simulation.walking import simulate_gait
+from amble.simulation import simulate
 from amble.stability.bilinear import TRACE, least_bound
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import section_distances
@@ -22,7 +23,7 @@ from amble.stability.lyapunov import smoothed_radius
 from amble.stability.monodromy import monodromy
 from amble.stability.quadratic_bound import verified_bound
 from amble.stability.spectrum import multipliers
-from amble.stability.stabilize import BASE, NotStabilizedError, Stabilized, stabilize
+from amble.stability.stabilize import NotStabilizedError, Stabilized, stabilization
 from amble.stability.weight_search import Closed, WeightSearch, natural_units
 from amble.types import Vector
 
@@ -32,12 +33,12 @@ WEIGHTS = 66
 
 @pytest.fixture(scope="module")
 def stabilized(walking_gait: Gait) -> Stabilized:
-    return stabilize(walking_gait)
+    return stabilization(walking_gait)
 
 
 @pytest.fixture(scope="module")
 def search(walking_gait: Gait) -> WeightSearch:
-    return WeightSearch.of(walking_gait, BASE)
+    return WeightSearch.of(walking_gait, FREE)
 
 
 @pytest.mark.parametrize(("size", "tolerance"), [(0.0, 1e-8), (0.1, 1e-5)])
@@ -107,7 +108,7 @@ def test_the_bound_is_verified_at_the_fixed_point_by_a_semidefinite_program(stab
 
     The margin t of r^2 W - A^T W A >= t W is to be positive; both inequalities are then verified by Cholesky factors.
     """
-    search = WeightSearch.of(stabilized.gait, BASE)
+    search = WeightSearch.of(stabilized.gait, FREE)
     _, found = closed_loop_fixed_point(stabilized.gait)
     matrix = search.orbit.dual @ found.monodromy.matrix @ search.orbit.basis
     rate = 1.02 * np.sqrt(stabilized.bound)
@@ -149,7 +150,7 @@ def test_both_laws_have_the_same_radius(stabilized: Stabilized) -> None:
 def test_perturbed_start_returns_to_the_orbit(stabilized: Stabilized) -> None:
     """1e-3 on every state; 0.5 a cycle would leave 1e-3 * 0.5^25 = 3e-11, so the integrator's 1e-10 decides."""
     gait = stabilized.gait
-    trace = simulate_gait(gait, 25, tolerance=1e-10, perturbation=1e-3, seed=1)
+    trace = simulate(gait, cycles=25, tolerance=1e-10, perturbation=1e-3, seed=1)
     assert trace.completed
     distance = section_distances(closed_loop(gait), trace.section, start_state(gait))
     assert distance[0] > 1e-4
@@ -172,16 +173,17 @@ def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
     """
     told: list[str] = []
     with pytest.raises(NotStabilizedError, match=r"free: fl_knee \(0\); .* were not: (roll|pitch|yaw) ") as caught:
-        stabilize(walking_gait, free=("fl_knee",), doing=told.append)
+        stabilization(walking_gait, free=("fl_knee",), progress=lambda report: told.append(str(report)))
     best = float(str(caught.value).split("cycle ")[1].split(" ")[0])
     assert best == pytest.approx(2.322, abs=1e-3)
     assert told[0] == "orbit of the closed loop"
-    assert told[1].startswith("evaluation 1 of at most 150, contraction bound 2.32")
+    assert told[1].startswith("step 0 of 3, spectral radius of the full cycle 2.32")
+    assert told[2].startswith("evaluation 1 of 150, contraction bound of the return map 1.52")
 
 
 def test_roll_alone_is_enough(walking_gait: Gait) -> None:
     """Measured: 2.322 to 0.318 in three steps; the first already reaches 0.377."""
-    found = stabilize(walking_gait, free=("roll",))
+    found = stabilization(walking_gait, free=("roll",))
     assert found.parameters == 22
     assert found.radius < found.bound < 0.40
 
@@ -200,7 +202,7 @@ def test_the_start_stands_where_no_step_is_accepted(walking_gait: Gait, monkeypa
     monkeypatch.setattr(WeightSearch, "close", close)
     monkeypatch.setattr("amble.stability.stabilize.least_bound", lambda *_: np.full(WEIGHTS, 2.0 / np.sqrt(WEIGHTS)))
     with pytest.raises(NotStabilizedError, match=r"2\.32\d \(no step reduces .*; refused: the first refusal"):
-        stabilize(walking_gait)
+        stabilization(walking_gait)
 
 
 def test_a_step_of_larger_radius_than_the_start_is_not_taken(
@@ -215,7 +217,7 @@ def test_a_step_of_larger_radius_than_the_start_is_not_taken(
 
     monkeypatch.setattr(WeightSearch, "close", close)
     monkeypatch.setattr("amble.stability.stabilize.least_bound", lambda *_: np.full(WEIGHTS, 2.0 / np.sqrt(WEIGHTS)))
-    found = stabilize(walking_gait)
+    found = stabilization(walking_gait)
     assert found.radius == found.initial == 0.5
     assert len(found.steps) == 1
 
@@ -236,4 +238,6 @@ def test_a_map_that_cannot_be_computed_ends_the_descent(search: WeightSearch) ->
 
 def test_unknown_names_are_refused(walking_gait: Gait) -> None:
     with pytest.raises(UnknownNameError, match="known: roll, pitch, yaw"):
-        stabilize(walking_gait, free=("heading",))
+        stabilization(walking_gait, free=("heading",))
+    with pytest.raises(UnknownNameError, match="known: bilinear"):
+        stabilization(walking_gait, method="magic")  # type: ignore[arg-type]

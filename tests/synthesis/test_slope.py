@@ -18,7 +18,7 @@ from amble.hybrid import FLAT, GaitPattern, Plane, gait_pattern
 from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 from amble.simulation import simulate
-from amble.synthesis import GaitProblem, gait_problem, synthesize
+from amble.synthesis import GaitProblem, default_limits, gait_problem, synthesize
 from amble.synthesis.program import build_program
 from amble.verification.check import check
 from amble.verification.stance_model import terms
@@ -28,8 +28,10 @@ SLOPE = Plane(slope=np.radians(10.0))
 
 def problem(pattern: GaitPattern) -> GaitProblem:
     """A coarse mesh, where accelerations may overshoot their limit between the nodes."""
-    posed = gait_problem(pattern, joint_outputs(pattern), 0.2, duration=(0.1, 0.2), intervals=6)
-    return replace(posed, limits=replace(posed.limits, acceleration=500.0))
+    limits = default_limits(pattern)
+    durations = dict.fromkeys(limits.durations, (0.1, 0.2))
+    limits = replace(limits, durations=durations, acceleration=500.0)
+    return gait_problem(pattern.robot, pattern, speed=0.2, limits=limits, intervals=6)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +92,9 @@ def test_lift_off_on_a_slope_is_a_row_where_it_is_a_bound_on_the_level() -> None
         outputs = joint_outputs(pattern, free=free)
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("AMBLE_COMPILER", "none")
-            programs.append(build_program(gait_problem(pattern, outputs, 0.1, intervals=2)))
+            programs.append(
+                build_program(gait_problem(pattern.robot, pattern, speed=0.1, outputs=outputs, intervals=2))
+            )
     level, sloped = (set(program.program.row_names) for program in programs)
     assert level < sloped
     extra = sloped - level

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,8 @@ from amble.control import DropActuator
 from amble.errors import InputError, NotSolvedError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
-from amble.synthesis import GaitProblem, Iteration, synthesize
+from amble.progress import ProgressReport
+from amble.synthesis import GaitProblem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
@@ -25,12 +27,12 @@ EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact"
 
 
 @pytest.fixture(scope="module")
-def iterations() -> list[Iteration]:
+def iterations() -> list[ProgressReport]:
     return []
 
 
 @pytest.fixture(scope="module")
-def coarse_gait(small_problem: GaitProblem, iterations: list[Iteration]) -> Gait:
+def coarse_gait(small_problem: GaitProblem, iterations: list[ProgressReport]) -> Gait:
     return synthesize(small_problem, most_iterations=200, progress=iterations.append)
 
 
@@ -52,11 +54,15 @@ def test_the_gait_keeps_what_the_problem_asked(coarse_gait: Gait, small_problem:
     assert set(coarse_gait.versions) == {"amble", "casadi", "numpy"}
 
 
-def test_progress_names_rows(coarse_gait: Gait, iterations: list[Iteration], small_program: GaitProgram) -> None:
-    assert [iteration.number for iteration in iterations] == list(range(coarse_gait.solver.iterations + 1))
-    assert all(iteration.worst_row in small_program.program.row_names for iteration in iterations)
-    assert iterations[-1].violation < 1e-6 < iterations[0].violation
-    assert iterations[-1].objective == pytest.approx(coarse_gait.solver.objective, rel=1e-6)
+def test_progress_names_rows(coarse_gait: Gait, iterations: list[ProgressReport], small_program: GaitProgram) -> None:
+    assert [iteration.done for iteration in iterations] == list(range(coarse_gait.solver.iterations + 1))
+    worst = [re.fullmatch(r"worst row '(.*)' violated by (\S+)", iteration.detail) for iteration in iterations]
+    names, violations = zip(*[found.groups() for found in worst if found is not None], strict=True)
+    assert len(names) == len(iterations)
+    assert set(names) <= set(small_program.program.row_names)
+    assert float(violations[-1]) < 1e-6 < float(violations[0])
+    assert iterations[-1].quantity == "objective"
+    assert iterations[-1].value == pytest.approx(coarse_gait.solver.objective, rel=1e-6)
 
 
 def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
@@ -126,9 +132,10 @@ def test_twenty_metres_a_second_is_refused_with_rows(small_problem: GaitProblem)
 def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> None:
     seen: list[int] = []
 
-    def interrupt(iteration: Iteration) -> None:
-        seen.append(iteration.number)
-        if iteration.number == 2:
+    def interrupt(iteration: ProgressReport) -> None:
+        assert iteration.done is not None
+        seen.append(iteration.done)
+        if iteration.done == 2:
             raise KeyboardInterrupt
 
     start = initial_guess(small_program.problem, small_program.layout) / small_program.layout.scale

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from amble.synthesis import Iteration
+from amble.progress import ProgressReport
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.watch import Watch
 
@@ -37,9 +37,9 @@ def test_without_an_interrupt_the_solver_goes_on(small_program: GaitProgram) -> 
 
 
 def test_an_interrupt_of_the_progress_stops_the_solver(small_program: GaitProgram, monkeypatch: Any) -> None:
-    def interrupted(_: Iteration) -> None:
+    def interrupted(_: ProgressReport) -> None:
         raise KeyboardInterrupt
 
     watch = Watch(small_program, interrupted)
-    monkeypatch.setattr(Watch, "_report", lambda _, progress, __: progress(Iteration(0, 0.0, 0.0, "row")))
+    monkeypatch.setattr(Watch, "_report", lambda _, progress, __: progress(ProgressReport(what="iteration")))
     assert watch.eval([]) == [1]

@@ -30,6 +30,17 @@ class Comparison:
 
     metrics: tuple[TorqueMetrics, ...]
 
+    def __str__(self) -> str:
+        """Return one line for every law, motion and actuator model, in columns."""
+        rows = [["motion", "law", "actuator", "CoT", "peak torque (N m)", "RMS torque (N m)"]]
+        for entry in self.metrics:
+            numbers = [f"{value:.4g}" for value in (entry.cot, entry.peak_torque, entry.rms_torque)]
+            rows.append([entry.motion, entry.law, entry.actuator, *numbers])
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        return "\n".join(
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+        )
+
     def of(self, law: str, motion: str, actuator: str) -> TorqueMetrics:
         """Look one entry up.
 

@@ -7,8 +7,14 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble import __version__
 from amble.cli import certify, check, compare, export, report, reproduce, robots, simulate, stabilize, synthesize
+from amble.cli.output import reporting
+from amble.version import __version__
+
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 the work failed, and its last lines say why; 2 usage or input is bad; 130 interrupted; "
+    "143 terminated."
+)
 
 
 class Command(TyperCommand):
@@ -37,6 +43,7 @@ INTO_FOLDERS = ("reproduce", "report")
 app = typer.Typer(
     name="amble",
     no_args_is_help=True,
+    epilog=EXIT_CODES,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain help comes in 0.12 s, the framed one in 0.35 s
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -56,7 +63,7 @@ COMMANDS = (
 )
 
 for command in COMMANDS:
-    app.command(cls=Command)(command)
+    app.command(cls=Command, epilog=EXIT_CODES)(reporting(command))
 
 
 def _version(wanted: bool) -> None:

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from amble.cli.console import wrote
+from amble.cli.lines import tell_bounds, tell_certified
 from amble.cli.progress import progress
 from amble.errors import WorkError
-
-if TYPE_CHECKING:
-    from amble.gait import Gait
-    from amble.stability import Certificate
 
 
 def certify(
@@ -30,43 +26,13 @@ def certify(
 ) -> None:
     """Certify that a gait is exponentially stable; where that is refused, exits 1 and the file says so with reasons."""
     from amble.gait.files import load_gait
+    from amble.workflow.certify import certify_into
 
-    certified(load_gait(gait), out, allow_absurd_limits)
-
-
-def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certificate:
-    """Certify a gait, say what was found and write it.
-
-    A refusal is written too, in the same place: an older certificate would look as if it belonged to this gait.
-    """
-    from amble.report.results import write_results
-    from amble.stability.gait_certificate import certificate_to_dict, certify_gait, refusal_to_dict
-
+    walker = load_gait(gait)
     try:
-        with progress("certifying") as update:
-            certificate = certify_gait(gait, update, allow_absurd_limits)
-    except WorkError as error:
-        typer.echo(_bounds(gait))
-        wrote(write_results(out, refusal_to_dict(gait, error)))
+        with progress("certifying") as tell:
+            certificate = certify_into(walker, out, allow_absurd_limits=allow_absurd_limits, progress=tell)
+    except WorkError:
+        tell_bounds(walker)
         raise
-    typer.echo(
-        f"spectral radius of the full cycle {certificate.radius:.6f} (estimated error {certificate.error:.1e}), "
-        f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
-    )
-    typer.echo(_bounds(gait))
-    wrote(write_results(out, certificate_to_dict(gait, certificate)))
-    return certificate
-
-
-def _bounds(gait: Gait) -> str:
-    """Say in one sentence what the gait was held against, and what of that is absurd."""
-    from amble.stability.gait_certificate import held_against
-
-    held = held_against(gait)
-    torques = gait.limits.torques.values()
-    range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
-    absurd = f"; ABSURD: {', '.join(held['absurd'])}" if held["absurd"] else ""
-    return (
-        f"held against: friction {held['friction']:g}, normal forces above 0, gravity {held['gravity_m_s2']:g} m/s^2; "
-        f"not held against: torque limits ({range_of}) and other limits of joints, which `amble check` looks at{absurd}"
-    )
+    tell_certified(walker, certificate)

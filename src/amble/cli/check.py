@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from amble.cli.output import result, show
 from amble.cli.progress import progress
+from amble.defaults import GRID
 from amble.errors import WorkError
 
 if TYPE_CHECKING:
     from amble.gait import Gait
+    from amble.types import Json
+    from amble.verification.findings import CheckReport, Finding
 
 
 def check(
@@ -19,19 +23,20 @@ def check(
     robot: Annotated[
         Path | None, typer.Option(help="URDF of the robot that the gait must have been made for.", show_default=False)
     ] = None,
-    grid: Annotated[int, typer.Option(min=1, help="Points in every spacing of the gait's nodes.")] = 4,
+    grid: Annotated[int, typer.Option(min=1, help="Points in every spacing of the gait's nodes.")] = GRID,
     every: Annotated[bool, typer.Option("--all", help="Print every row, not the worst of each family.")] = False,
 ) -> None:
     """Check dynamics, contacts, outputs, impacts, periodicity and limits of a gait, between its nodes too."""
     from amble.verification.check import check as recompute
 
     walker = read(gait, robot)
-    with progress("checking"):
-        report = recompute(walker, grid)
+    with progress("checking") as tell:
+        report = recompute(walker, grid, progress=tell)
     if every:
         for finding in report.findings:
-            typer.echo(str(finding))
-    typer.echo(str(report))
+            show(str(finding))
+    show(str(report))
+    result(**_tree(report, every))
     if not report.passed:
         raise WorkError(f"the gait does not hold: {len(report.failed)} of {len(report.findings)} rows fail")
 
@@ -55,3 +60,20 @@ def read(path: Path, robot: Path | None) -> Gait:
         symmetry_tolerance=made_for.symmetry_tolerance,
     )
     return load_gait(path, described)
+
+
+def _tree(report: CheckReport, every: bool) -> Json:
+    """Counts, the rows that fail, and the worst row of every family or all rows."""
+    chosen = report.findings if every else tuple(report.worst.values())
+    return {
+        "passed": report.passed,
+        "rows": len(report.findings),
+        "failed": [_row(finding) for finding in report.failed],
+        "findings" if every else "worst": [_row(finding) for finding in chosen],
+    }
+
+
+def _row(finding: Finding) -> Json:
+    row = finding.row
+    numbers = {"lower": row.lower, "value": row.value, "upper": row.upper}
+    return {"family": finding.family, "name": row.name, **numbers, "passed": finding.passed}

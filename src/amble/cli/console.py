@@ -5,21 +5,16 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import typer
 
+from amble.cli.output import show
 from amble.errors import printable
 
 
 def say(text: str) -> None:
     """Print lines on standard error; what a message quotes writes nothing else to the terminal."""
     typer.echo(printable(text, keep="\n"), err=True)
-
-
-def wrote(path: Path) -> None:
-    """Tell of a file that was written."""
-    typer.echo(f"wrote {path}")
 
 
 class _Plain(logging.Formatter):
@@ -48,4 +43,4 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]], right: Seq
             cell.rjust(width) if column in right else cell.ljust(width)
             for column, (cell, width) in enumerate(zip(row, widths, strict=True))
         )
-        typer.echo("  ".join(cells).rstrip())
+        show("  ".join(cells).rstrip())

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from amble.cli import laws
-from amble.cli.console import wrote
+from amble.cli.output import result, wrote
 from amble.cli.progress import progress
 
 
@@ -27,3 +27,4 @@ def export(
         exported = export_controller(walker, chosen, out)
     for path in exported.files:
         wrote(path)
+    result(law=(chosen or walker.law).name)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from amble.cli.console import wrote
-from amble.cli.progress import Update, progress
-
-if TYPE_CHECKING:
-    from amble.gait import Gait, SolverReport
-    from amble.synthesis import Iteration
+from amble.cli.lines import tell_synthesized
+from amble.cli.output import wrote
+from amble.cli.progress import progress
 
 
 def synthesize(
@@ -29,45 +26,18 @@ def synthesize(
     ] = None,
 ) -> None:
     """Find the gait that a specification describes."""
-    from amble.gait.files import save_gait
+    from amble.gait.files import load_gait, save_gait
     from amble.synthesis.synthesize import GaitNotSolvedError
+    from amble.workflow.specified import pose, solve
 
+    posed = pose(spec)
+    known = None if start is None else load_gait(start, posed.problem.pattern.robot)
     try:
-        wrote(save_gait(synthesized(spec, start), out))
+        with progress("optimising the gait") as tell:
+            gait = solve(posed, known, progress=tell)
     except GaitNotSolvedError as error:
         if keep is not None:
             wrote(save_gait(error.last, keep))
         raise
-
-
-def synthesized(spec: Path, start: Path | None = None) -> Gait:
-    """Solve the problem of a specification with progress, and say how it went."""
-    from amble.gait.files import load_gait
-    from amble.synthesis import refine
-    from amble.synthesis import synthesize as find
-    from amble.synthesis.specification import read_specification
-    from amble.synthesis.specified import problem_of
-
-    specification = read_specification(spec)
-    solver = specification.solver
-    problem = problem_of(specification, spec.parent)
-    known = load_gait(start, problem.pattern.robot) if start is not None else None
-    with progress("optimising the gait") as update:
-        gait = find(problem, known, solver.tolerance, solver.iterations, lambda iteration: _show(update, iteration))
-    typer.echo(solved_line(gait.solver))
-    return gait if solver.refinement == 1 else refine(problem, gait, solver.refinement)
-
-
-def solved_line(report: SolverReport) -> str:
-    """One line about a solver's run."""
-    return (
-        f"{report.solver}: {report.status}, {report.iterations} iterations in {report.seconds:.2f} s "
-        f"({report.variables} variables, {report.constraints} constraints), objective {report.objective:.6g} N^2 m^2"
-    )
-
-
-def _show(update: Update, iteration: Iteration) -> None:
-    update(
-        f"iteration {iteration.number}, objective {iteration.objective:.5g}, "
-        f"worst row '{iteration.worst_row}' violated by {iteration.violation:.2g}"
-    )
+    tell_synthesized(gait)
+    wrote(save_gait(gait, out))

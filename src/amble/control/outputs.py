@@ -87,7 +87,8 @@ def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Seque
             raise UnknownNameError("domain", name, known)
     domains = []
     for stance in pattern.solved:
-        left_out = tuple((free or {}).get(stance.name, ())) or rear_hip_pitch(pattern, stance)
+        given = (free or {}).get(stance.name)  # an empty list means that no joint is left out
+        left_out = rear_hip_pitch(pattern, stance) if given is None else tuple(given)
         domains.append(_domain_outputs(pattern, stance, left_out))
     return Outputs(tuple(domains), order)
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from amble import __version__
 from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
@@ -17,6 +16,7 @@ from amble.export.text import filled, template
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
 from amble.io.storage import check_replaceable, replacing_folder
+from amble.version import __version__
 
 PIVOT_SHARE = 1e-3
 """Rank counts as lost where the smallest pivot falls below this share of the smallest one along the gait."""

@@ -27,8 +27,8 @@ class Limits:
 
     Attributes:
         durations: domain name -> (shortest, longest) duration, s.
-        positions: coordinate name (z above the ground under the base, roll, pitch, yaw and every joint) -> (lower,
-            upper), m or rad.
+        positions: name of a base coordinate (x, y, z above the ground under the base, roll, pitch, yaw) or joint ->
+            (lower, upper), m or rad.
         speeds: joint name -> largest |rate|, rad/s.
         torques: joint name -> largest |torque|, N m.
         acceleration: largest |second derivative| of any coordinate, m/s^2 or rad/s^2.

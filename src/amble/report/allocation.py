@@ -6,17 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from amble.analysis import Samples, samples_of_gait
-from amble.analysis.allocation import AllocationLimits, LawMetrics, allocation_metrics, law_torques
-from amble.control.actuator import ACTUATORS
-from amble.control.allocation import (
-    AllocationLaw,
-    BoundedMinimumNorm,
-    MinimumPeak,
-    MinimumPower,
-    PseudoInverse,
-)
-from amble.control.laws import paper_baseline
+from amble.analysis import Samples, every_law, samples_of_gait
+from amble.analysis.allocation import LawMetrics, law_torques
+from amble.control.allocation import AllocationLaw
 from amble.gait import Gait
 from amble.report.figures import left_joints, torque_lines
 from amble.report.results import finite_or_none
@@ -27,46 +19,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def every_law(gait: Gait) -> dict[str, AllocationLaw]:
-    """Return the laws worth comparing on a gait, by label: both of the paper, least power for each actuator, the rest.
-
-    The bounded law keeps the friction of the ground and the normal force of the gait's limits.
-    """
-    power = {f"power ({model.name})": MinimumPower(model.name) for model in ACTUATORS}
-    return {
-        "drop": paper_baseline(gait.pattern),
-        "pinv": PseudoInverse(),
-        **power,
-        "peak": MinimumPeak(),
-        "bounded": BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force),
-    }
-
-
-def labelled(laws: Sequence[AllocationLaw]) -> dict[str, AllocationLaw]:
-    """Label laws by name, and by name and parameters where two have the same name."""
-    names = [law.name for law in laws]
-    return {law.name if names.count(law.name) == 1 else f"{law.name} ({_values(law.parameters)})": law for law in laws}
-
-
-def compare_allocations(
-    gait: Gait, laws: Mapping[str, AllocationLaw] | None = None, samples: Samples | None = None
-) -> tuple[LawMetrics, ...]:
-    """Evaluate laws along one motion of a gait.
+def allocation_table(metrics: Sequence[LawMetrics], notes: Sequence[str] = ()) -> Table:
+    """Put all laws along one motion side by side.
 
     Args:
-        gait: the gait; its limits are what the laws are held against, torques also against the robot's own.
-        laws: label -> law; every law where none is given.
-        samples: the motion; the optimised one where none is given.
+        metrics: of the laws, at least one.
+        notes: further sentences below the table, such as which laws are left out and why.
     """
-    joints = gait.robot.joints
-    torques = {joint.name: min(joint.effort, gait.limits.torques.get(joint.name, joint.effort)) for joint in joints}
-    limits = AllocationLimits(gait.pattern.ground.friction, gait.limits.normal_force, torques)
-    motion = samples_of_gait(gait) if samples is None else samples
-    return allocation_metrics(motion, laws or every_law(gait), limits, ACTUATORS)
-
-
-def allocation_table(metrics: Sequence[LawMetrics]) -> Table:
-    """Put all laws along one motion side by side."""
     models = list(metrics[0].cot)
     header = (
         "law",
@@ -93,11 +52,14 @@ def allocation_table(metrics: Sequence[LawMetrics]) -> Table:
     )
     motion = metrics[0].motion
     note = f"All laws on the same {motion} motion; limits are the gait's and the robot's own."
-    return Table(f"Allocation laws along the {motion} motion", header, rows, (note,))
+    return Table(f"Allocation laws along the {motion} motion", header, rows, (note, *notes))
 
 
 def allocation_results(metrics: Sequence[LawMetrics]) -> Json:
-    """Return label -> motion -> metrics, for results.json under "allocation"; N m, N."""
+    """Return label -> motion -> metrics, for results.json under "allocation"; N m, N.
+
+    The friction used of a law under which a foot pulls is infinite, which JSON does not have: None.
+    """
     found: Json = {}
     for entry in metrics:
         numbers = {key: value for key, value in asdict(entry).items() if key not in ("law", "motion")}
@@ -111,9 +73,5 @@ def allocation_figure(
 ) -> Figure:
     """Draw the torques of the left legs under every law over one cycle."""
     motion = samples_of_gait(gait) if samples is None else samples
-    torques = law_torques(motion, laws or every_law(gait))
+    torques = law_torques(motion, every_law(gait).laws if laws is None else laws)
     return torque_lines(motion.motion(torques), left_joints(gait.robot))
-
-
-def _values(parameters: Mapping[str, object]) -> str:
-    return ", ".join(str(value) for value in parameters.values())

@@ -64,6 +64,11 @@ def paper_table(comparison: Comparison, motions: Sequence[str], actuators: Seque
     )
 
 
+def has_both_methods(comparison: Comparison) -> bool:
+    """Whether both of the paper's methods were measured; one actuator off does not apply to every gait."""
+    return set(METHODS) <= {entry.law for entry in comparison.metrics}
+
+
 def law_table(comparison: Comparison, motion: str, actuators: Sequence[str]) -> Table:
     """Put all laws along one motion side by side: CoT for every actuator model, peak and RMS torque.
 

@@ -23,7 +23,7 @@ from amble.report.figures import (
 )
 from amble.report.figures.multipliers import FloquetMultipliers
 from amble.report.page import FigureFile, Page, solver_table, write_page
-from amble.report.paper_table import paper_table
+from amble.report.paper_table import has_both_methods, law_table, paper_table
 from amble.report.results import (
     FORMAT,
     FORMAT_VERSION,
@@ -39,6 +39,20 @@ from amble.types import Json, Vector
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+RESULTS, PAGE, FIGURES = "results.json", "report.md", "figures"
+"""Names of what is written into the folder of a run."""
+
+STEMS = (
+    "base_portraits",
+    "joint_portraits",
+    "footfall",
+    "torques",
+    "cycle_portraits",
+    "multipliers",
+    "section_distance",
+)
+"""Names of the figures, without suffix."""
 
 PORTRAIT_CYCLES = 2
 """Simulated cycles in the portraits that compare with the optimised motion."""
@@ -64,16 +78,16 @@ class Stability:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
-    """A whole run: the gait, its simulation and what was measured on them.
+class RunReport:
+    """What a run leaves in its folder: the gait, its simulation and what was measured on them.
 
     Attributes:
         gait: the gait.
         simulated: samples of all simulated cycles.
         cycles: number of completed cycles.
         two_cycles: two consecutive cycles with the torques of the laws, for the torque figure.
-        comparison: metrics of the laws "drop" and "pinv" on the motions "nominal" and "simulated", for the models
-            "paper" and "datasheet".
+        comparison: metrics of the laws "pinv" and, where it applies, "drop" on the motions "nominal" and "simulated",
+            for the models "paper" and "datasheet".
         contact: what the monitors saw.
         speed_achieved: mean forward speed of the simulated motion, m/s.
         settings: name -> value, text, of the run.
@@ -81,6 +95,7 @@ class Run:
         versions: library that computes -> version, of the process that measured the run.
         stability: where the run has it.
         tables: further tables for the page.
+        notes: sentences for the page, such as which of the paper's laws is left out and why.
         extra: further entries for results.json.
     """
 
@@ -96,17 +111,21 @@ class Run:
     versions: Mapping[str, str]
     stability: Stability | None = None
     tables: tuple[Table, ...] = ()
+    notes: tuple[str, ...] = ()
     extra: Json = field(default_factory=dict)
 
 
-def main_table(run: Run) -> Table:
-    """Return the paper's Table 1 beside ours."""
+def main_table(run: RunReport) -> Table:
+    """Return the paper's Table 1 beside ours; where one of its two methods does not apply, only what does."""
+    if not has_both_methods(run.comparison):
+        return law_table(run.comparison, "simulated", ("paper", "datasheet"))
     return paper_table(run.comparison, ("nominal", "simulated"), ("paper", "datasheet"))
 
 
-def run_results(run: Run) -> Json:
+def run_results(run: RunReport) -> Json:
     """Return the content of results.json."""
     stability = run.stability.results if run.stability is not None else {}
+    reductions = {"reduction": "paper", "reduction_datasheet": "datasheet"} if has_both_methods(run.comparison) else {}
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
@@ -119,8 +138,7 @@ def run_results(run: Run) -> Json:
         "cycles": run.cycles,
         "methods": method_results(run.comparison, "paper"),
         "methods_datasheet": method_results(run.comparison, "datasheet"),
-        "reduction": reduction_results(run.comparison, "simulated", "paper"),
-        "reduction_datasheet": reduction_results(run.comparison, "simulated", "datasheet"),
+        **{key: reduction_results(run.comparison, "simulated", model) for key, model in reductions.items()},
         "contact": contact_results(run.contact),
         "solver": solver_results(run.gait.solver),
         **stability,
@@ -131,7 +149,7 @@ def run_results(run: Run) -> Json:
     }
 
 
-def run_figures(run: Run) -> dict[str, tuple[Figure, str]]:
+def run_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
     """Draw all figures: file stem -> figure and caption."""
     optimised = samples_of_gait(run.gait)
     first = int(run.simulated.cycles[0])
@@ -170,7 +188,7 @@ def run_figures(run: Run) -> dict[str, tuple[Figure, str]]:
     return drawn
 
 
-def write_run(folder: str | Path, run: Run) -> tuple[Path, ...]:
+def write_run(folder: str | Path, run: RunReport) -> tuple[Path, ...]:
     """Write results.json, the figures and report.md into a folder; every file whole or not at all.
 
     Returns:
@@ -181,14 +199,14 @@ def write_run(folder: str | Path, run: Run) -> tuple[Path, ...]:
         WorkError: where a result is not finite.
     """
     place = Path(folder)
-    written = [write_results(place / "results.json", run_results(run))]
+    written = [write_results(place / RESULTS, run_results(run))]
     figures = []
     for stem, (figure, caption) in run_figures(run).items():
-        written += save(figure, place / "figures" / stem)
-        figures.append(FigureFile(f"figures/{stem}", caption))
+        written += save(figure, place / FIGURES / stem)
+        figures.append(FigureFile(f"{FIGURES}/{stem}", caption))
     page = Page(
         title=f"{run.gait.robot.name}: {run.gait.pattern.name} at {run.gait.speed:g} m/s",
-        summary=(_summary(run),),
+        summary=(_summary(run), *run.notes),
         tables=(
             main_table(run),
             *(() if run.stability is None else (stability_table(run.stability.results),)),
@@ -201,19 +219,29 @@ def write_run(folder: str | Path, run: Run) -> tuple[Path, ...]:
         settings={**run.settings, **{f"seconds, {step}": f"{value:.2f}" for step, value in run.seconds.items()}},
         versions=run.versions,
     )
-    written.append(write_page(place / "report.md", page))
+    written.append(write_page(place / PAGE, page))
     return tuple(written)
 
 
-def _summary(run: Run) -> str:
-    reduction = run.comparison.reduction("drop", "pinv", "simulated", "paper")
+def _summary(run: RunReport) -> str:
     sentences = [
         f"{run.cycles} cycles were simulated at {run.speed_achieved:.4f} m/s "
-        f"({run.gait.speed:g} m/s asked for), {run.gait.period:.4f} s a cycle on the optimised motion.",
-        f"On the simulated motion the pseudo-inverse takes {reduction.cot:.1f} % less cost of transport, "
-        f"{reduction.rms_torque:.1f} % less RMS torque and {reduction.peak_torque:.1f} % less peak torque than the "
-        "dropped actuator (actuator model 'paper').",
+        f"({run.gait.speed:g} m/s asked for), {run.gait.period:.4f} s a cycle on the optimised motion."
     ]
+    if has_both_methods(run.comparison):
+        reduction = run.comparison.reduction("drop", "pinv", "simulated", "paper")
+        sentences.append(
+            f"On the simulated motion the pseudo-inverse takes {reduction.cot:.1f} % less cost of transport, "
+            f"{reduction.rms_torque:.1f} % less RMS torque and {reduction.peak_torque:.1f} % less peak torque than the "
+            "dropped actuator (actuator model 'paper')."
+        )
     if run.stability is not None:
         sentences.append(f"Spectral radius of the full cycle: {run.stability.radius:.4f}.")
     return " ".join(sentences)
+
+
+def run_files(folder: str | Path) -> tuple[Path, ...]:
+    """Return every path that ``write_run`` may write into a folder."""
+    place = Path(folder)
+    figures = [place / FIGURES / f"{stem}.{suffix}" for stem in STEMS for suffix in ("png", "pdf")]
+    return (place / RESULTS, place / PAGE, *figures)

@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from amble.analysis import monitors
+from amble.gait import Gait
 from amble.io.codec import TEXT, ByName, Codec, Count, Optional, Record
 from amble.io.quantities import Bare
 from amble.report.run import Stability
 from amble.report.versions import computing_versions
+from amble.simulation import Trace
 from amble.stability import Certificate, Spectrum
 from amble.stability.stabilize import Stabilized
 from amble.types import Json, Matrix, Vector, frozen
@@ -45,6 +48,31 @@ ENTRIES: Mapping[str, Codec] = {
 """Entries of results.json that a report without new stability analysis keeps, and what the page needs of them."""
 
 
+def perturbed_results(gait: Gait, trace: Trace, size: float, seed: int) -> Json:
+    """Return what is known of a simulation from a perturbed start; N, 1, m.
+
+    ``before_sound`` is about the cycles before the contacts are sound; None where they are from the start.
+    """
+    report = monitors(gait, trace)
+    until = report.sound_from
+    return {
+        "size": size,
+        "seed": seed,
+        "cycles": trace.cycles,
+        "ended": trace.ended,
+        "sound_from_cycle": until,
+        "before_sound": None
+        if until == 0
+        else {
+            "min_normal_force": float(report.normal_forces[:until].min()),
+            "max_friction": float(report.frictions[:until].max()),
+        },
+        "min_normal_force": report.min_normal_force,
+        "max_friction": report.max_friction,
+        "max_penetration": report.max_penetration,
+    }
+
+
 def stability_of(
     before: Spectrum,
     stabilized: Stabilized,
@@ -61,7 +89,7 @@ def stability_of(
         certificate: of the stabilised gait, full cycle.
         near: distance to the fixed point at the entry of every cycle simulated from the orbit, (cycles + 1,).
         apart: the same, simulated from a perturbed start.
-        perturbed: what ``assembly.perturbed_results`` says of the perturbed start.
+        perturbed: what ``perturbed_results`` says of the perturbed start.
     """
     after, mode = certificate.spectrum.multipliers, certificate.mode
     results: Json = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import platform
 from importlib import metadata
 
-from amble import __version__
 from amble.codegen.compiler import compiler
+from amble.version import __version__
 
 LIBRARIES = ("casadi", "numpy", "scipy")
 """IPOPT is inside casadi."""

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amble import __version__
 from amble.errors import InputError
+from amble.version import __version__
 
 if TYPE_CHECKING:
     import h5py

@@ -1,45 +1,129 @@
-"""Simulation of a hybrid system for a number of cycles, recorded with its signals."""
+"""Simulation of a gait or of any hybrid system for a number of cycles, recorded with its signals."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from typing import overload
 
 import numpy as np
 
+from amble.control import AllocationLaw
+from amble.control.motion_equations import SMALLEST_PIVOT
+from amble.defaults import CYCLES, TOLERANCE
+from amble.errors import InputError, WorkError
+from amble.gait import Gait
+from amble.gait.closed_loop import closed_loop, start_state
 from amble.hybrid import HybridSystem
+from amble.progress import Progress
 from amble.simulation.bound import bind
+from amble.simulation.perturbation import perturbed
 from amble.simulation.trace import Trace
-from amble.simulation.walk import Progress, walk
+from amble.simulation.walk import walk
 from amble.types import IntegerVector, NodeValues, Vector
+
+Loop = Callable[[Gait, AllocationLaw | None], HybridSystem]
+"""What closes the loop of a gait."""
+
+SAMPLES, TIME_LIMIT = 21, 10.0
+
+
+@overload
+def simulate(
+    subject: Gait,
+    start: Vector | None = None,
+    cycles: int = CYCLES,
+    tolerance: float = TOLERANCE,
+    samples: int = SAMPLES,
+    time_limit: float = TIME_LIMIT,
+    *,
+    perturbation: float = 0.0,
+    seed: int = 0,
+    law: AllocationLaw | None = None,
+    loop: Loop | None = None,
+    progress: Progress | None = None,
+) -> Trace: ...
+
+
+@overload
+def simulate(
+    subject: HybridSystem,
+    start: Vector,
+    cycles: int = CYCLES,
+    tolerance: float = TOLERANCE,
+    samples: int = SAMPLES,
+    time_limit: float = TIME_LIMIT,
+    *,
+    perturbation: float = 0.0,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Trace: ...
 
 
 def simulate(
-    system: HybridSystem,
-    start: Vector,
-    cycles: int,
-    tolerance: float = 1e-8,
-    samples: int = 21,
-    time_limit: float = 10.0,
+    subject: Gait | HybridSystem,
+    start: Vector | None = None,
+    cycles: int = CYCLES,
+    tolerance: float = TOLERANCE,
+    samples: int = SAMPLES,
+    time_limit: float = TIME_LIMIT,
+    *,
+    perturbation: float = 0.0,
+    seed: int = 0,
+    law: AllocationLaw | None = None,
+    loop: Loop | None = None,
     progress: Progress | None = None,
 ) -> Trace:
-    """Simulate a hybrid system from the entry of its first domain.
+    """Simulate the closed loop of a gait, or a hybrid system, from the entry of its first domain.
 
     A cycle is complete when the first domain is entered again. A motion that falls (the margin
     ``Domain.admissibility`` is not positive), that reaches no guard within ``time_limit``, or that cannot go on (a rate
     that is not a number) ends the trace early: then ``Trace.ended`` says why, and no error is raised.
 
     Args:
-        system: the system.
-        start: state at the entry of the first domain, (n_x,).
+        subject: a gait, whose stabilised outputs are used where it has them; or a system.
+        start: state at the entry of the first domain, (n_x,); a gait has its own.
         cycles: how many cycles, at least 1.
         tolerance: relative and absolute tolerance of the integrator, between 1e-13 and 1e-2.
         samples: recorded samples a domain, evenly spaced in time from its entry to its end, at least 2.
         time_limit: the longest that one domain may last, s.
+        perturbation: change of every start state, up or down at random, in its own unit.
+        seed: seed of the change.
+        law: of a gait, another allocation law than its own.
+        loop: of a gait, what closes its loop; by default ``amble.closed_loop``, else such as ``amble.exported_loop``.
         progress: called after every cycle.
 
     Raises:
-        InputError: for a start of another size or that is not finite, and for numbers outside their range.
+        InputError: a system without a start or with a law, a start of another size or that is not finite, numbers
+            outside their range.
+        WorkError: the decoupling equations of a gait lose rank although the motion goes on; the torques mean nothing
+            there.
     """
+    if isinstance(subject, Gait):
+        system = (loop or closed_loop)(subject, law)
+        begin = start_state(subject) if start is None else start
+    elif start is None:
+        raise InputError("a hybrid system is simulated from a start; only a gait has one of its own")
+    elif law is not None or loop is not None:
+        raise InputError("only a gait takes another allocation law or another closed loop")
+    else:
+        system, begin = subject, start
+    begin = perturbed(np.asarray(begin, dtype=np.float64).reshape(-1), perturbation, seed)
+    trace = _recorded(system, begin, cycles, tolerance, samples, time_limit, progress)
+    if isinstance(subject, Gait) and trace.completed:
+        _require_rank(trace)
+    return trace
+
+
+def _recorded(
+    system: HybridSystem,
+    start: Vector,
+    cycles: int,
+    tolerance: float,
+    samples: int,
+    time_limit: float,
+    progress: Progress | None,
+) -> Trace:
     began = time.perf_counter()
     solution = walk(system, start, cycles, tolerance, samples, time_limit, progress)
     lengths = [part.arc.clock.size for part in solution.arcs]
@@ -61,6 +145,16 @@ def simulate(
         tolerance=tolerance,
         seconds=time.perf_counter() - began,
     )
+
+
+def _require_rank(trace: Trace) -> None:
+    pivots = trace.signals["pivot"][:, 0]
+    place = int(np.argmin(pivots))
+    if not pivots[place] >= SMALLEST_PIVOT:
+        raise WorkError(
+            f"the decoupling equations lose rank in domain '{trace.domains[trace.domain[place]]}' at "
+            f"{trace.time[place]:.6g} s: smallest pivot {pivots[place]:.2g}, at least {SMALLEST_PIVOT:g} is needed"
+        )
 
 
 def _signals(system: HybridSystem, clock: Vector, state: NodeValues, domain: IntegerVector) -> dict[str, NodeValues]:

@@ -70,7 +70,7 @@ class Trace:
 
     @property
     def completed(self) -> bool:
-        """Whether every cycle that was asked for was completed."""
+        """Whether every cycle that was asked for was walked."""
         return self.ended == COMPLETED
 
     @property

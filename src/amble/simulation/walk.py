@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
+from amble.progress import Progress, ProgressReport
 from amble.simulation.bound import Bound, bind
 from amble.simulation.flow import LEFT_DOMAIN, STUCK, TOO_LONG, Arc, Flow, prepare
 from amble.simulation.trace import COMPLETED, Event
 from amble.types import Vector, frozen
-
-Progress = Callable[[int, int], None]
-"""Called after every cycle with the cycles completed and the cycles wanted."""
 
 FEWEST_SAMPLES = 2
 LOOSEST, TIGHTEST = 1e-2, 1e-13
@@ -110,7 +107,7 @@ def walk(
         if current == system.domains[0].name:
             done += 1
             if progress is not None:
-                progress(done, cycles)
+                progress(ProgressReport(what="cycle", done=done, of=cycles))
     return HybridArc(tuple(arcs), tuple(events), done, ended)
 
 

@@ -1,6 +1,7 @@
 """Orbital stability of hybrid systems: Poincare map, fixed point, multipliers, certificate."""
 
-from amble.stability.certificate import Certificate, assess, certify
+from amble.stability.certificate import Certificate, assess
+from amble.stability.certification import certify
 from amble.stability.contraction import Contraction, contraction, section_distances
 from amble.stability.differences import Differences, difference_check
 from amble.stability.fixed_point import FixedPoint, fixed_point

@@ -10,11 +10,11 @@ program is needed.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 
 import numpy as np
 
 from amble.errors import InputError, NotSolvedError
+from amble.progress import Progress, ProgressReport
 from amble.stability.lyapunov import smoothed_radius
 from amble.stability.orbit import Orbit
 from amble.stability.weighted_map import Weighting, weighted_map
@@ -28,9 +28,6 @@ SIZE_PENALTY = 1e-4
 
 EVALUATIONS = 150
 MEMORY = 30
-
-Progress = Callable[[int, float], None]
-"""Called after every evaluation with its number and the bound r of the return map."""
 
 
 def least_bound(orbit: Orbit, weighting: Weighting, theta: Vector, progress: Progress | None = None) -> Vector:
@@ -47,7 +44,12 @@ def least_bound(orbit: Orbit, weighting: Weighting, theta: Vector, progress: Pro
         here = weighted_map(orbit, weighting, trial)
         found = smoothed_radius(here.matrix, TRACE)
         if progress is not None:
-            progress(next(numbers), found.value)
+            quantity = "contraction bound of the return map"
+            progress(
+                ProgressReport(
+                    what="evaluation", done=next(numbers), of=EVALUATIONS, quantity=quantity, value=found.value
+                )
+            )
         value = float(np.log(found.value)) + SIZE_PENALTY * float(trial @ trial)
         return value, here.gradient(found.slope) + 2.0 * SIZE_PENALTY * trial
 

@@ -10,14 +10,15 @@ nothing here encloses roundoff, the integrator's error or the motion itself as i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
-from amble.errors import CertificateError, Row
+from amble.errors import Row
 from amble.hybrid import HybridSystem
+from amble.progress import Progress, ProgressReport, silent
 from amble.stability.differences import Differences, difference_check
 from amble.stability.group import closest_shift
 from amble.stability.leading_mode import LeadingMode, leading_mode
@@ -34,9 +35,6 @@ LARGEST_DISAGREEMENT = 1e-4
 LARGEST_DEFECT = 1e-6
 LARGEST_DIFFERENCE = 0.1
 """How far the contraction that a simulation shows may be from the leading multiplier, relative."""
-
-Progress = Callable[[str], None]
-"""Called with what is being computed, in words."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,21 +138,16 @@ def assess(
     progress: Progress | None = None,
 ) -> Certificate:
     """Compute everything that a certificate holds, without judging it; see ``certify``."""
-    tell = progress or (lambda _: None)
+    tell = progress or silent
     entry = np.array(state, dtype=np.float64).reshape(-1)
     variational = prepare_variational(system)
     swept = []
     for tolerance in sorted(set(tolerances), reverse=True):
-        tell(f"variational equations, tolerance {tolerance:g}")
+        tell(ProgressReport(what=f"variational equations, tolerance {tolerance:g}"))
         there = variational(entry, tolerance, time_limit)
         swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
     _, there, best = swept[-1]
-    differences = difference_check(
-        system,
-        entry,
-        time_limit=time_limit,
-        progress=lambda step, done, of: tell(f"differences, step {step:g}, state {done} of {of}"),
-    )
+    differences = difference_check(system, entry, time_limit=time_limit, progress=tell)
     second = spectrum(system, entry, there.image, differences.matrix)
     previous = swept[max(len(swept) - 2, 0)][2]
     doubts = (best.matrix - second.matrix, best.matrix - previous.matrix)
@@ -175,37 +168,6 @@ def assess(
         bound=quadratic_bound(best.matrix) if stable else None,
         mode=leading_mode(system, entry, best) if stable else None,
     )
-
-
-def certify(
-    system: HybridSystem,
-    state: Vector,
-    conditions: Sequence[Row] = (),
-    tolerances: Sequence[float] = TOLERANCES,
-    time_limit: float = TIME_LIMIT,
-    progress: Progress | None = None,
-) -> Certificate:
-    """Certify, to the accuracy of the numerics, that the orbit through a fixed point is exponentially stable.
-
-    Args:
-        system: the system; a guard that is zero at the entry of the first domain needs ``Transition.dead_time``.
-        state: the fixed point, at the entry of the first domain, (n_x,).
-        conditions: what else must hold on the orbit (contacts, limits), as rows.
-        tolerances: of the integrator; the last, tightest one counts, the sweep goes into the error bar.
-        time_limit: the longest that one domain may last, s.
-        progress: called with what is being computed, in words.
-
-    Raises:
-        CertificateError: where the radius plus its error bar is not below 1, the two Jacobians disagree, the state is
-            not a fixed point, a symmetry does not hold, a simulation contracts otherwise than the leading multiplier
-            says, or a condition is violated; the message lists the rows.
-        FallError: where the motion does not come back.
-    """
-    certificate = replace(assess(system, state, tolerances, time_limit, progress), conditions=tuple(conditions))
-    rows = certificate.rows()
-    if any(row.violation > 0 for row in rows):
-        raise CertificateError(rows)
-    return certificate
 
 
 def row_to_dict(row: Row) -> Json:

@@ -16,8 +16,9 @@ from amble.gait import Feedback, Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, closed_loop, start_state
 from amble.hybrid import HybridSystem
 from amble.numerics.bezier import fit
+from amble.progress import Progress
 from amble.simulation import simulate
-from amble.stability.fixed_point import FixedPoint, Progress, fixed_point
+from amble.stability.fixed_point import FixedPoint, fixed_point
 
 FIT_SAMPLES = 101
 FIT_TOLERANCE = 1e-12
@@ -40,7 +41,7 @@ def closed_loop_fixed_point(gait: Gait, progress: Progress | None = None) -> tup
 
     Args:
         gait: the gait.
-        progress: called after every Newton step with its number and the residual.
+        progress: called after every Newton step.
 
     Raises:
         FallError: the closed loop does not return from the gait's start.

@@ -9,13 +9,14 @@ where the noise takes over or nothing is left to gain.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from amble.errors import FallError, InputError
 from amble.hybrid import HybridSystem
+from amble.progress import Progress, ProgressReport
 from amble.stability.poincare import TIME_LIMIT, poincare_map
 from amble.types import Matrix, Vector, frozen
 
@@ -23,9 +24,6 @@ STEPS = (1e-3, 1e-4, 1e-5)
 TOLERANCE = 1e-12
 GOOD_ENOUGH = 1e-9
 """Relative distance of two neighbours in the sweep below which no smaller step is tried."""
-
-Progress = Callable[[float, int, int], None]
-"""Called after every state with the step, the states done and all states."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ def difference_check(
             larger ones agree well or the distances begin to grow.
         tolerance: of the integrator.
         time_limit: the longest that one domain may last, s.
-        progress: called after every state with the step, the states done and all states.
+        progress: called after every state.
 
     Raises:
         FallError: where the motion comes back for fewer than two neighbouring steps.
@@ -112,7 +110,8 @@ def _central(
         )
         columns.append((8 * near - far) / (12 * step))
         if progress is not None:
-            progress(step, len(columns), system.state_size)
+            what = f"differences, step {step:g}, state"
+            progress(ProgressReport(what=what, done=len(columns), of=system.state_size))
     return np.column_stack(columns)
 
 

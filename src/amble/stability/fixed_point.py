@@ -17,6 +17,7 @@ import numpy as np
 
 from amble.errors import FallError, NotSolvedError, Row
 from amble.hybrid import HybridSystem
+from amble.progress import Progress, ProgressReport
 from amble.stability.group import Shift, closest_shift, generators
 from amble.stability.monodromy import Monodromy, Variational, prepare_variational
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
@@ -24,9 +25,6 @@ from amble.types import Vector, frozen
 
 SMALLEST_SHARE = 2.0**-10
 DECREASE = 1e-4
-
-Progress = Callable[[int, float], None]
-"""Called after every Newton step with its number and the residual."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +105,7 @@ def fixed_point(
             current = trial
             history.append(current.size)
             if progress is not None:
-                progress(number, current.size)
+                progress(ProgressReport(what="fixed point, step", done=number, quantity="residual", value=current.size))
         if solved:
             return _result(system, current, tuple(history))
         if trial is None:

@@ -9,47 +9,49 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import content_hash, to_dict
 from amble.gait.limits import sensible_rows
+from amble.hybrid import HybridSystem
+from amble.progress import Progress, ProgressReport, silent
 from amble.robot.physical import physical_rows
 from amble.simulation import Trace
-from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
-from amble.stability.certificate import Progress, finite, row_to_dict
+from amble.stability.certificate import Certificate, finite, row_to_dict
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
+from amble.stability.contraction import section_distances
 from amble.stability.orbit_conditions import RECORD, orbit_conditions
+from amble.stability.spectrum import Spectrum, multipliers
 from amble.types import Json, Vector
 from amble.verification.check import record_findings
 
 FORMAT, FORMAT_VERSION = "amble certificate", 1
 
 
-def certify_gait(gait: Gait, progress: Progress | None = None, allow_absurd_limits: bool = False) -> Certificate:
-    """Certify the full cycle of a gait's closed loop; everything is computed again from the gait.
+def certified_orbit(
+    gait: Gait, allow_absurd_limits: bool = False, progress: Progress | None = None
+) -> tuple[HybridSystem, Vector, tuple[Row, ...]]:
+    """Return a gait's closed loop, its fixed point and the conditions that hold on that orbit; the rest is stability.
 
     Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
     the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground.
 
     Args:
         gait: the gait.
-        progress: called with what is being computed, in words.
-        allow_absurd_limits: certify against limits and gravity that nobody would mean (``gait.limits.sensible_rows``).
+        allow_absurd_limits: do not hold limits and gravity against ``gait.limits.sensible_rows``.
+        progress: called with what is being computed.
 
     Raises:
-        CertificateError: a condition of ``stability.certify`` or one of the above fails.
+        CertificateError: one of the conditions fails.
         FallError: the motion does not come back.
         NotSolvedError: the closed loop has no fixed point near the gait.
         WorkError: the outputs lose their rank along the recorded motion.
     """
-    tell = progress or (lambda _: None)
-    tell("robot, limits and recorded motion")
+    tell = progress or silent
+    tell(ProgressReport(what="robot, limits and recorded motion"))
     sensible = () if allow_absurd_limits else _sensible(gait)
     conditions = _sound((*physical_rows(gait.robot, gait.pattern.mirrored), *sensible))
     conditions += _recorded(gait, conditions)
-    tell("closed loop")
+    tell(ProgressReport(what="closed loop"))
     system = closed_loop(gait)
-    found = closed_loop_fixed_point(
-        gait, lambda step, residual: tell(f"fixed point, step {step}, residual {residual:.1e}")
-    )[1]
-    conditions = _sound((*conditions, *orbit_conditions(gait, system, found.state)))
-    return certify(system, found.state, conditions, progress=progress)
+    found = closed_loop_fixed_point(gait, tell)[1]
+    return system, found.state, _sound((*conditions, *orbit_conditions(gait, system, found.state)))
 
 
 def _sound(rows: tuple[Row, ...]) -> tuple[Row, ...]:

@@ -34,14 +34,7 @@ def poincare_map(
         FallError: where the motion does not come back; the message says why and when.
         InputError: for a state of another size or that is not finite.
     """
-    return arc(system, state, tolerance, time_limit)[0]
-
-
-def arc(
-    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
-) -> tuple[Vector, float]:
-    """Return the image of the Poincare map and how long the cycle took (s); see ``poincare_map``."""
     solution = walk(system, state, 1, tolerance, 2, time_limit)
     if not solution.cycles:
         raise FallError(solution.ended)
-    return solution.events[-1].after, solution.events[-1].time
+    return solution.events[-1].after

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from amble.errors import InputError, WorkError
+from amble.defaults import FREE, METHOD, METHODS, Method
+from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
-from amble.stability.bilinear import EVALUATIONS, least_bound
+from amble.progress import Progress, ProgressReport, silent
+from amble.stability.bilinear import least_bound
 from amble.stability.weight_search import Closed, WeightSearch
 from amble.types import Vector
 
-BASE = ("roll", "pitch", "yaw")
 ROUNDS = 3
 """The most descents, each on the closed loop's own orbit under the weights of the one before."""
 
@@ -80,16 +81,19 @@ class Stabilized:
         return self.steps[-1].bound
 
 
-Progress = Callable[[Step], None]
-Doing = Callable[[str], None]
-
-
 class NotStabilizedError(WorkError):
     """The orbit stays unstable; the message names the best radius and the outputs that limit it."""
 
 
 def stabilize(
-    gait: Gait, free: Sequence[str] = BASE, progress: Progress | None = None, doing: Doing | None = None
+    gait: Gait, free: Sequence[str] = FREE, method: Method = METHOD, progress: Progress | None = None
+) -> Gait:
+    """Return the gait with output weights that make its orbit exponentially stable; see ``stabilization``."""
+    return stabilization(gait, free, method, progress).gait
+
+
+def stabilization(
+    gait: Gait, free: Sequence[str] = FREE, method: Method = METHOD, progress: Progress | None = None
 ) -> Stabilized:
     """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d).
 
@@ -99,22 +103,23 @@ def stabilize(
     Args:
         gait: the gait; feedback that it already has is replaced.
         free: coordinates among roll, pitch, yaw and the joints whose columns of H are free.
-        progress: called with every accepted step.
-        doing: called between them with what is being computed, in words.
+        method: what chooses the weights; there is one, the paper's "bilinear".
+        progress: called with every accepted step, and between them.
 
     Raises:
-        UnknownNameError: a free coordinate does not exist.
+        UnknownNameError: a free coordinate or the method does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
     """
     began = time.perf_counter()
-    tell = doing or (lambda _: None)
-    show = progress or (lambda _: None)
-    tell("orbit of the closed loop")
+    if method != METHOD:
+        raise UnknownNameError("method", method, METHODS)
+    tell = progress or silent
+    tell(ProgressReport(what="orbit of the closed loop"))
     search = WeightSearch.of(gait, free)
     here = search.close(np.zeros(search.weighting.size))
     steps, refusals = [_step(0, here, here, began)], list[str]()
-    show(steps[0])
+    tell(_report(steps[0]))
     reason = f"{ROUNDS} descents done"
     for number in range(1, ROUNDS + 1):
         there = _improved(search, here, steps[0].radius, tell, refusals)
@@ -122,7 +127,7 @@ def stabilize(
             reason = "no step reduces the bound any more"
             break
         steps.append(_step(number, there, here, began))
-        show(steps[-1])
+        tell(_report(steps[-1]))
         gain, here = 1.0 - there.bound / here.bound, there
         if gain < SMALLEST_GAIN:
             reason = f"the last descent gained less than {SMALLEST_GAIN:.0%}"
@@ -134,15 +139,10 @@ def stabilize(
     return Stabilized(here.gait, tuple(steps), reason, here.theta.size, time.perf_counter() - began)
 
 
-def _improved(search: WeightSearch, here: Closed, largest: float, tell: Doing, refusals: list[str]) -> Closed | None:
+def _improved(search: WeightSearch, here: Closed, largest: float, tell: Progress, refusals: list[str]) -> Closed | None:
     """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
-
-    def show(number: int, bound: float) -> None:
-        power = 2 if search.gait.pattern.mirrored else 1
-        tell(f"evaluation {number} of at most {EVALUATIONS}, contraction bound {bound**power:.4g}")
-
     try:
-        proposed = least_bound(search.orbit, search.weighting, here.theta, show)
+        proposed = least_bound(search.orbit, search.weighting, here.theta, tell)
     except WorkError as error:
         refusals.append(str(error))
         return None
@@ -166,6 +166,17 @@ def _step(number: int, there: Closed, before: Closed, began: float) -> Step:
         length=float(np.linalg.norm(there.theta - before.theta)),
         drift=there.drift,
         seconds=time.perf_counter() - began,
+    )
+
+
+def _report(step: Step) -> ProgressReport:
+    return ProgressReport(
+        what="step",
+        done=step.number,
+        of=ROUNDS,
+        quantity="spectral radius of the full cycle",
+        value=step.radius,
+        detail=f"contraction bound {step.bound:.4g}",
     )
 
 

@@ -1,65 +1,144 @@
-"""A gait problem for a robot of the catalogue, with its builders' bounds."""
+"""The gait problem of a robot, with bounds and posture that fit it where nothing is said."""
 
 from __future__ import annotations
 
-from amble.control import AllocationLaw, Outputs, PseudoInverse
-from amble.errors import InputError
+from math import isfinite, sqrt
+
+from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
+from amble.errors import InputError, UnknownNameError
 from amble.gait import Limits
 from amble.gait.limits import Interval
-from amble.hybrid import GaitPattern
-from amble.robot import catalogue
+from amble.hybrid import FLAT, GaitPattern, Ground
+from amble.hybrid.gaits import GAITS
+from amble.robot import Robot, catalogue
+from amble.robot.catalogue import GaitBounds, Posture
+from amble.synthesis.posture import standing_posture
 from amble.synthesis.problem import GaitProblem
 
 
 def gait_problem(
-    pattern: GaitPattern,
-    outputs: Outputs,
+    robot: Robot,
+    gait: str | GaitPattern,
+    *,
     speed: float,
+    ground: Ground | None = None,
+    outputs: Outputs | None = None,
     law: AllocationLaw | None = None,
-    duration: Interval = (0.01, 0.2),
-    normal_force: float = 5.0,
-    clearance: float = 0.02,
+    limits: Limits | None = None,
+    posture: Posture | None = None,
     intervals: int = 15,
 ) -> GaitProblem:
-    """Pose the gait problem of a robot of the catalogue.
+    """Pose the gait problem of a robot.
 
     Args:
-        pattern: the gait pattern, with the ground and its friction.
-        outputs: the controlled coordinates.
+        robot: the robot.
+        gait: the name of a gait (amble, trot) or a pattern of stances of the robot.
         speed: mean forward velocity, m/s.
+        ground: what a gait given by name walks on; level, with a friction of 0.6, by default. A pattern has its own.
+        outputs: the controlled coordinates; by default those of ``joint_outputs``.
         law: the allocation law; by default the pseudo-inverse.
-        duration: bounds of the duration of every domain, s.
-        normal_force: smallest normal force of a stance foot, N.
-        clearance: height of a swing foot above the ground at the middle of its swing, m.
+        limits: the bounds; by default those of ``default_limits``.
+        posture: where the solver starts; by default that of the catalogue, else ``standing_posture``.
         intervals: collocation intervals in every domain.
 
     Raises:
-        InputError: the robot is not of the catalogue; give ``GaitProblem`` its ``Limits`` and ``Posture`` then.
+        UnknownNameError: there is no gait of that name, or it names feet that the robot does not have.
+        InputError: the pattern is of another robot, the robot is not as symmetric as the gait (see
+            ``amble.symmetrized``), or no outputs or posture are known by default.
+    """
+    pattern = _pattern(robot, gait, ground)
+    stands = posture or _posture(robot)
+    return GaitProblem(
+        pattern=pattern,
+        outputs=joint_outputs(pattern) if outputs is None else outputs,
+        law=law or PseudoInverse(),
+        speed=speed,
+        limits=default_limits(pattern, stands) if limits is None else limits,
+        posture=stands,
+        intervals=intervals,
+    )
+
+
+def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limits:
+    """Return limits that fit a robot, to change by ``dataclasses.replace``.
+
+    For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
+    other, joint limits come from its description, and the rest follows from size and weight, with l the leg length, m
+    the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), accelerations up to 9 g / l, a touchdown slower
+    than 0.15 sqrt(g l) forward, 0.05 sideways and 1 downward, normal forces from 2.4 % of m g, swing feet above 2.5 %
+    of l.
+
+    Args:
+        pattern: the gait pattern, with the robot.
+        posture: how the robot stands; by default as in ``gait_problem``.
     """
     robot = pattern.robot
-    if robot.name not in catalogue.names() or robot != catalogue.load(robot.name):
-        raise InputError(
-            f"robot '{robot.name}' is not of the catalogue ({', '.join(catalogue.names())}): "
-            "build a GaitProblem with its Limits and Posture"
-        )
-    bounds = catalogue.bounds(robot.name)
-    limits = Limits(
-        durations={stance.name: duration for stance in pattern.solved},
+    if _known(robot):
+        bounds, normal_force, clearance = catalogue.bounds(robot.name), 5.0, 0.02
+        torques = dict.fromkeys(robot.joint_names, bounds.torque)
+        speeds = dict.fromkeys(robot.joint_names, bounds.speed)
+    else:
+        bounds = _scaled(robot, posture or standing_posture(robot))
+        normal_force, clearance = 0.024 * robot.mass * robot.gravity, 0.025 * robot.leg_length
+        torques = {joint.name: joint.effort for joint in robot.joints if isfinite(joint.effort)}
+        speeds = {joint.name: joint.velocity for joint in robot.joints if isfinite(joint.velocity)}
+    return Limits(
+        durations={stance.name: bounds.duration for stance in pattern.solved},
         positions=bounds.positions,
-        speeds=dict.fromkeys(robot.joint_names, bounds.speed),
-        torques=dict.fromkeys(robot.joint_names, bounds.torque),
+        speeds=speeds,
+        torques=torques,
         acceleration=bounds.acceleration,
         touchdown_velocity=bounds.touchdown_velocity,
         normal_force=normal_force,
         clearance=clearance,
     )
-    posture = catalogue.posture(robot.name)
-    return GaitProblem(
-        pattern=pattern,
-        outputs=outputs,
-        law=law or PseudoInverse(),
-        speed=speed,
-        limits=limits,
-        posture=posture,
-        intervals=intervals,
+
+
+def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> GaitPattern:
+    if isinstance(gait, GaitPattern):
+        if ground is not None and ground != gait.ground:
+            raise InputError(f"the gait pattern '{gait.name}' has a ground of its own; give it another one there")
+        if gait.robot != robot:
+            raise InputError(f"the gait pattern '{gait.name}' is of robot '{gait.robot.name}', not of this one")
+        return gait
+    if gait not in GAITS:
+        raise UnknownNameError("gait", gait, GAITS)
+    return GAITS[gait](robot, ground or FLAT)
+
+
+def _known(robot: Robot) -> bool:
+    """Whether a robot is that of the catalogue, unchanged."""
+    return robot.name in catalogue.names() and robot == catalogue.load(robot.name)
+
+
+def _posture(robot: Robot) -> Posture:
+    return catalogue.posture(robot.name) if _known(robot) else standing_posture(robot)
+
+
+def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
+    """Bounds by dimension: times in sqrt(l / g), velocities in sqrt(g l); ASTRo's own are of this size."""
+    # shorthand
+    length, g, z = robot.leg_length, robot.gravity, posture.height
+    time, velocity = sqrt(length / g), sqrt(g * length)
+
+    def within(lower: float, upper: float, size: float) -> Interval:
+        return (lower * size, upper * size)
+
+    return GaitBounds(
+        duration=within(0.05, 0.75, time),
+        torque=float("inf"),
+        speed=float("inf"),
+        acceleration=9.0 * g / length,
+        positions={
+            "z": within(0.6, 1.4, z),
+            "roll": (-0.2, 0.2),
+            "pitch": (-0.2, 0.2),
+            "yaw": (-0.3, 0.3),
+            **{joint.name: (joint.lower, joint.upper) for joint in robot.joints},
+        },
+        touchdown_velocity=(
+            within(-0.15, 0.15, velocity),
+            within(-0.05, 0.05, velocity),
+            within(-1.0, 0.0, velocity),
+        ),
     )

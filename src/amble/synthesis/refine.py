@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from amble.errors import InputError, NotSolvedError
 from amble.gait import Gait
+from amble.progress import Progress, ProgressReport, silent
 from amble.robot.model import ACCELERATION
 from amble.synthesis.layout import DomainLayout
 from amble.synthesis.problem import GaitProblem
@@ -34,7 +35,7 @@ MOST_STEPS = 20
 Index = NDArray[np.int64]
 
 
-def refine(problem: GaitProblem, gait: Gait, factor: int = 2) -> Gait:
+def refine(problem: GaitProblem, gait: Gait, factor: int = 2, progress: Progress | None = None) -> Gait:
     """Return the gait with ``factor`` times as many intervals.
 
     Limits are not imposed again: where the gait runs along one, a new node may lie outside by as much as the motion
@@ -45,6 +46,7 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2) -> Gait:
         problem: the problem that the gait solves.
         gait: the gait.
         factor: how many new intervals for each old one, at least 2.
+        progress: called after every Newton step.
 
     Raises:
         InputError: the factor is less than 2.
@@ -55,9 +57,10 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2) -> Gait:
     intervals = (gait.domains[0].times.size - 1) // 2
     program = build_program(replace(problem, intervals=factor * intervals))
     x = from_gait(gait, program.layout) / program.layout.scale
-    split = _split(program)
-    for _ in range(MOST_STEPS):
+    split, tell = _split(program), progress or silent
+    for number in range(MOST_STEPS):
         step, worst = _step(program, split, x)
+        tell(ProgressReport(what="finer mesh, step", done=number, quantity="residual", value=worst))
         if worst < TOLERANCE:
             return to_gait(program.problem, program.layout, _solution(program, gait, x))
         x = x - step

@@ -7,13 +7,13 @@ from importlib import metadata
 import numpy as np
 from numpy.typing import NDArray
 
-from amble import __version__
 from amble.errors import InputError
 from amble.gait import DomainTrajectory, Gait
 from amble.synthesis.layout import DomainLayout, Layout, resampled
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.solve import Solution
 from amble.types import frozen
+from amble.version import __version__
 
 RECORDED = ("casadi", "numpy")
 """Packages whose versions go into the gait, beside amble's own."""

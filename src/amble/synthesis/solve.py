@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from amble.errors import Row
 from amble.gait import LagrangeMultipliers, SolverReport
+from amble.progress import Progress
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.threads import single_threaded
-from amble.synthesis.watch import Iteration, Progress, Watch
+from amble.synthesis.watch import Watch
 from amble.types import Vector, frozen
-
-__all__ = ["Iteration", "Progress", "Solution", "solve", "variable_names", "violated_rows"]
 
 IPOPT_OPTIONS: dict[str, Any] = {
     "mumps_scaling": 0,  # the program is scaled; MUMPS's own cost time (docs/theory/transcription.md, section 8)

@@ -10,6 +10,7 @@ import numpy as np
 
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.progress import Progress
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
@@ -40,7 +41,12 @@ class Outcome:
     warm: bool
 
 
-def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterations: int = 200) -> Iterator[Outcome]:
+def sweep(
+    problems: Sequence[GaitProblem],
+    tolerance: float = 1e-6,
+    most_iterations: int = 200,
+    progress: Progress | None = None,
+) -> Iterator[Outcome]:
     """Solve problems that differ in speed, ground and limits only, one after the other.
 
     Order them so that neighbours are alike. What does not converge from the last solution is tried once more from a
@@ -50,6 +56,7 @@ def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterati
         problems: the problems.
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up a try after so many.
+        progress: called after every iteration.
 
     Raises:
         InputError: the problems have different structures.
@@ -67,9 +74,9 @@ def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterati
         if program.program.row_names != rows or (known is not None and known.variables.size != start.size):
             raise InputError("a sweep goes through problems of one structure: the same stances, outputs, law and mesh")
         few = min(most_iterations, WARM_ITERATIONS)
-        tries = [] if known is None else [_try(program, known.variables, known, tolerance, few)]
+        tries = [] if known is None else [_try(program, known.variables, known, tolerance, few, progress)]
         if not tries or not tries[-1].solved:
-            tries.append(_try(program, start, None, tolerance, most_iterations))
+            tries.append(_try(program, start, None, tolerance, most_iterations, progress))
         last = tries[-1]
         warm = known is not None and len(tries) == 1
         known = last if last.solved else known
@@ -84,7 +91,12 @@ def sweep(problems: Sequence[GaitProblem], tolerance: float = 1e-6, most_iterati
 
 
 def _try(
-    program: GaitProgram, start: Vector, warm: Solution | None, tolerance: float, most_iterations: int
+    program: GaitProgram,
+    start: Vector,
+    warm: Solution | None,
+    tolerance: float,
+    most_iterations: int,
+    progress: Progress | None,
 ) -> Solution:
     inside = np.clip(start, program.lower, program.upper)
-    return solve(program, inside, tolerance, most_iterations, None if warm is None else warm.multipliers)
+    return solve(program, inside, tolerance, most_iterations, None if warm is None else warm.multipliers, progress)

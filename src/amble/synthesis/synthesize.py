@@ -9,12 +9,13 @@ import numpy as np
 
 from amble.errors import NotSolvedError, Row
 from amble.gait import Gait, LagrangeMultipliers
+from amble.progress import Progress
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import WARM_ITERATIONS, Progress, Solution, solve
+from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
 from amble.types import Vector
 
 

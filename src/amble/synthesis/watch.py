@@ -5,27 +5,14 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from amble.progress import Progress, ProgressReport
 from amble.synthesis.program import GaitProgram
-
-
-@dataclass(frozen=True)
-class Iteration:
-    """What a solver is at: iteration, objective, and the worst violated row by name."""
-
-    number: int
-    objective: float
-    violation: float
-    worst_row: str
-
-
-Progress = Callable[[Iteration], None]
 
 
 class Watch(ca.Callback):
@@ -97,4 +84,12 @@ class Watch(ca.Callback):
         g = np.array(values["g"]).ravel()
         excess = nlp.excess(g)
         worst = int(np.argmax(excess))
-        progress(Iteration(self._count, float(values["f"]), float(excess[worst]), nlp.row_names[worst]))
+        progress(
+            ProgressReport(
+                what="iteration",
+                done=self._count,
+                quantity="objective",
+                value=float(values["f"]),
+                detail=f"worst row '{nlp.row_names[worst]}' violated by {excess[worst]:.2g}",
+            )
+        )

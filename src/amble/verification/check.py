@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from amble.defaults import GRID
 from amble.errors import InputError
 from amble.gait.record import Gait
+from amble.progress import Progress, ProgressReport, silent
 from amble.verification.domain_rows import SampledDomain, domain_findings, motion_findings, sampled
 from amble.verification.feedback_rows import feedback_findings
 from amble.verification.findings import CheckReport, Finding, residuals
@@ -19,7 +21,14 @@ SLACK = 1e-3
 """What a limit that is imposed at the nodes of the gait problem may miss between them, as a share of its size."""
 
 
-def check(gait: Gait, grid: int = 4, tolerance: float = TOLERANCE, slack: float = SLACK) -> CheckReport:
+def check(
+    gait: Gait,
+    grid: int = GRID,
+    tolerance: float = TOLERANCE,
+    slack: float = SLACK,
+    *,
+    progress: Progress | None = None,
+) -> CheckReport:
     """Recompute dynamics, contacts, outputs, law, impacts, periodicity, limits and cost of a gait along a fine grid.
 
     Nothing of the transcription is used. Between the nodes q and v follow Hermite curves through the recorded q, v, a;
@@ -46,6 +55,7 @@ def check(gait: Gait, grid: int = 4, tolerance: float = TOLERANCE, slack: float 
         grid: points in every spacing of nodes, at least 1.
         tolerance: bound of the scaled residuals.
         slack: what a limit may miss, as a share of its size.
+        progress: called before every domain.
 
     Raises:
         InputError: the grid is not positive.
@@ -53,9 +63,12 @@ def check(gait: Gait, grid: int = 4, tolerance: float = TOLERANCE, slack: float 
     """
     if not (tolerance > 0.0 and slack >= 0.0):
         raise InputError(f"the tolerance {tolerance:g} must be positive and the slack {slack:g} not negative")
+    tell = progress or silent
+    tell(ProgressReport(what="sampling"))
     domains = [sampled(gait, number, grid) for number in range(len(gait.domains))]
     findings: list[Finding] = []
     for number, domain in enumerate(domains):
+        tell(ProgressReport(what="domain", done=number + 1, of=len(domains)))
         following = domains[(number + 1) % len(domains)]
         findings += domain_findings(domain, tolerance)
         findings += motion_findings(domain, tolerance)

@@ -13,7 +13,7 @@ import casadi as ca
 
 from amble.errors import InputError, shown
 from amble.hybrid import Contacts
-from amble.robot import Robot
+from amble.robot import Joint, Robot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,6 +137,21 @@ def effort_limits(redundancy: Redundancy, joints: Sequence[int]) -> ca.DM:
     """
     records = [redundancy.robot.joints[j] for j in joints]
     for record in records:
-        if not (isfinite(record.effort) and record.effort > 0.0):
-            raise InputError(f"joint '{record.name}' has no torque limit, which this allocation law needs")
+        _require_effort(record)
     return ca.DM([record.effort for record in records])
+
+
+def require_effort_limits(robot: Robot, feet: Sequence[str]) -> None:
+    """Refuse a robot some of whose legs have a joint without a torque limit.
+
+    Raises:
+        InputError: in one sentence, where a joint of a leg of one of the feet has none.
+    """
+    for foot in feet:
+        for name in robot.legs[foot]:
+            _require_effort(robot.joint(name))
+
+
+def _require_effort(joint: Joint) -> None:
+    if not (isfinite(joint.effort) and joint.effort > 0.0):
+        raise InputError(f"joint '{joint.name}' has no torque limit, which this allocation law needs")

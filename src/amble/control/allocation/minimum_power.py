@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import casadi as ca
 
-from amble.control.actuator import Actuator
+from amble.control.actuator import ACTUATORS, Actuator
 from amble.control.actuator import actuator as actuator_named
 from amble.control.allocation.law import AllocationLaw, Redundancy, steered_joints
 from amble.control.allocation.line import lowest_with_breakpoints
+from amble.errors import InputError
 from amble.numerics.interior_point import QuadraticProgram, minimise
 
 
@@ -20,17 +21,19 @@ class MinimumPower(AllocationLaw):
     """Minimise sum_j max(u_j w_j, 0) + r u_j^2, r = R / (N K_t)^2 (docs/theory/allocation.md, eq. 8).
 
     Attributes:
-        actuator: name of the actuator model, as in ``amble.control.actuator``.
+        actuator: the actuator model, or the name of one of ``amble.control.actuator.ACTUATORS``, or its fields by name
+            as a file holds them.
 
     Raises:
-        UnknownNameError: there is no such actuator model.
+        UnknownNameError: there is no actuator model of that name.
+        InputError: what is given is no actuator model.
     """
 
-    actuator: str = "paper"
+    actuator: Actuator | str | Mapping[str, Any] = "paper"
 
     def __post_init__(self) -> None:
-        """Refuse a model that does not exist."""
-        actuator_named(self.actuator)
+        """Refuse a model that does not exist; laws with the same model are equal, however it was given."""
+        object.__setattr__(self, "actuator", _model(self.actuator))
 
     @property
     def name(self) -> str:
@@ -39,15 +42,27 @@ class MinimumPower(AllocationLaw):
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """The actuator model."""
-        return {"actuator": self.actuator}
+        """The actuator model: by name where amble knows it, else by its numbers."""
+        model = _model(self.actuator)
+        return {"actuator": model.name if model in ACTUATORS else asdict(model)}
 
     def allocate(self, redundancy: Redundancy) -> ca.SX:
         """Minimise exactly: on a line in closed form (eq. 9), else as a quadratic program (eq. 18)."""
         if not redundancy.size:
             return ca.SX(0, 1)
-        model = actuator_named(self.actuator)
+        model = _model(self.actuator)
         return _on_line(redundancy, model) if redundancy.size == 1 else _in_space(redundancy, model)
+
+
+def _model(given: Actuator | str | Mapping[str, Any]) -> Actuator:
+    if isinstance(given, Actuator):
+        return given
+    if isinstance(given, str):
+        return actuator_named(given)
+    try:
+        return Actuator(**given)
+    except TypeError as error:
+        raise InputError(f"the actuator of allocation law 'power' is no actuator model: {error}") from None
 
 
 def _on_line(redundancy: Redundancy, model: Actuator) -> ca.SX:

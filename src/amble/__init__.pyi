@@ -1,0 +1,211 @@
+"""The public names with their types, for editors and type checkers; the table of ``__init__.py`` holds the same."""
+
+from amble import errors as errors
+from amble.analysis import Comparison as Comparison
+from amble.analysis import ContactBounds as ContactBounds
+from amble.analysis import ContactReport as ContactReport
+from amble.analysis import LawChoice as LawChoice
+from amble.analysis import compare_allocations as compare_allocations
+from amble.analysis import compare_laws as compare_laws
+from amble.analysis import contact_report as contact_report
+from amble.analysis import every_law as every_law
+from amble.analysis import monitors as monitors
+from amble.control import Outputs as Outputs
+from amble.control.actuator import DATASHEET as DATASHEET
+from amble.control.actuator import PAPER as PAPER
+from amble.control.actuator import Actuator as Actuator
+from amble.control.allocation import AllocationLaw as AllocationLaw
+from amble.control.allocation import BoundedMinimumNorm as BoundedMinimumNorm
+from amble.control.allocation import DropActuator as DropActuator
+from amble.control.allocation import MinimumPeak as MinimumPeak
+from amble.control.allocation import MinimumPower as MinimumPower
+from amble.control.allocation import PseudoInverse as PseudoInverse
+from amble.control.allocation import WeightedMinimumNorm as WeightedMinimumNorm
+from amble.control.laws import paper_baseline as paper_baseline
+from amble.control.outputs import joint_outputs as joint_outputs
+from amble.errors import AmbleError as AmbleError
+from amble.errors import CertificateError as CertificateError
+from amble.errors import FallError as FallError
+from amble.errors import InputError as InputError
+from amble.errors import NotSolvedError as NotSolvedError
+from amble.errors import UnknownNameError as UnknownNameError
+from amble.errors import WorkError as WorkError
+from amble.export import export_controller as export_controller
+from amble.export import exported_loop as exported_loop
+from amble.gait import DomainTrajectory as DomainTrajectory
+from amble.gait import Feedback as Feedback
+from amble.gait import Gait as Gait
+from amble.gait import Limits as Limits
+from amble.gait.closed_loop import closed_loop as closed_loop
+from amble.gait.closed_loop import start_state as start_state
+from amble.gait.files import load_gait as load_gait
+from amble.gait.files import save_gait as save_gait
+from amble.hybrid import CONTACTS as CONTACTS
+from amble.hybrid import FLAT as FLAT
+from amble.hybrid import GROUNDS as GROUNDS
+from amble.hybrid import Contact as Contact
+from amble.hybrid import Domain as Domain
+from amble.hybrid import GaitPattern as GaitPattern
+from amble.hybrid import Ground as Ground
+from amble.hybrid import HeightField as HeightField
+from amble.hybrid import HybridSystem as HybridSystem
+from amble.hybrid import Plane as Plane
+from amble.hybrid import PointContact as PointContact
+from amble.hybrid import Stance as Stance
+from amble.hybrid import Symmetry as Symmetry
+from amble.hybrid import Transition as Transition
+from amble.hybrid import gait_pattern as gait_pattern
+from amble.hybrid import gaits as gaits
+from amble.progress import Progress as Progress
+from amble.progress import ProgressReport as ProgressReport
+from amble.report import Table as Table
+from amble.report import law_table as law_table
+from amble.report.run import RunReport as RunReport
+from amble.report.run import write_run as write_run
+from amble.robot import Robot as Robot
+from amble.robot import catalogue as robots
+from amble.robot import load_robot as load_robot
+from amble.robot import symmetrized as symmetrized
+from amble.robot.catalogue import Posture as Posture
+from amble.simulation import Event as Event
+from amble.simulation import Trace as Trace
+from amble.simulation import load_trace as load_trace
+from amble.simulation import save_trace as save_trace
+from amble.simulation import simulate as simulate
+from amble.stability import Certificate as Certificate
+from amble.stability import FixedPoint as FixedPoint
+from amble.stability import Monodromy as Monodromy
+from amble.stability import Spectrum as Spectrum
+from amble.stability import assess as assess
+from amble.stability import certify as certify
+from amble.stability import fixed_point as fixed_point
+from amble.stability import monodromy as monodromy
+from amble.stability import multipliers as multipliers
+from amble.stability import poincare_map as poincare_map
+from amble.stability.stabilize import NotStabilizedError as NotStabilizedError
+from amble.stability.stabilize import stabilize as stabilize
+from amble.synthesis import GaitProblem as GaitProblem
+from amble.synthesis import Outcome as Outcome
+from amble.synthesis import default_limits as default_limits
+from amble.synthesis import gait_problem as gait_problem
+from amble.synthesis import refine as refine
+from amble.synthesis import standing_posture as standing_posture
+from amble.synthesis import sweep as sweep
+from amble.synthesis import synthesize as synthesize
+from amble.synthesis.specification import Specification as Specification
+from amble.synthesis.specification import read_specification as read_specification
+from amble.synthesis.specified import problem_of as problem_of
+from amble.synthesis.synthesize import GaitNotSolvedError as GaitNotSolvedError
+from amble.verification.check import check as check
+from amble.verification.findings import CheckReport as CheckReport
+from amble.workflow import Run as Run
+from amble.workflow import reproduce as reproduce
+from amble.workflow import rewrite_report as rewrite_report
+from amble.workflow import synthesize_specification as synthesize_specification
+
+__version__: str
+__all__ = [
+    "CONTACTS",
+    "DATASHEET",
+    "FLAT",
+    "GROUNDS",
+    "PAPER",
+    "Actuator",
+    "AllocationLaw",
+    "AmbleError",
+    "BoundedMinimumNorm",
+    "Certificate",
+    "CertificateError",
+    "CheckReport",
+    "Comparison",
+    "Contact",
+    "ContactBounds",
+    "ContactReport",
+    "Domain",
+    "DomainTrajectory",
+    "DropActuator",
+    "Event",
+    "FallError",
+    "Feedback",
+    "FixedPoint",
+    "Gait",
+    "GaitNotSolvedError",
+    "GaitPattern",
+    "GaitProblem",
+    "Ground",
+    "HeightField",
+    "HybridSystem",
+    "InputError",
+    "LawChoice",
+    "Limits",
+    "MinimumPeak",
+    "MinimumPower",
+    "Monodromy",
+    "NotSolvedError",
+    "NotStabilizedError",
+    "Outcome",
+    "Outputs",
+    "Plane",
+    "PointContact",
+    "Posture",
+    "Progress",
+    "ProgressReport",
+    "PseudoInverse",
+    "Robot",
+    "Run",
+    "RunReport",
+    "Specification",
+    "Spectrum",
+    "Stance",
+    "Symmetry",
+    "Table",
+    "Trace",
+    "Transition",
+    "UnknownNameError",
+    "WeightedMinimumNorm",
+    "WorkError",
+    "__version__",
+    "assess",
+    "certify",
+    "check",
+    "closed_loop",
+    "compare_allocations",
+    "compare_laws",
+    "contact_report",
+    "default_limits",
+    "errors",
+    "every_law",
+    "export_controller",
+    "exported_loop",
+    "fixed_point",
+    "gait_pattern",
+    "gait_problem",
+    "gaits",
+    "joint_outputs",
+    "law_table",
+    "load_gait",
+    "load_robot",
+    "load_trace",
+    "monitors",
+    "monodromy",
+    "multipliers",
+    "paper_baseline",
+    "poincare_map",
+    "problem_of",
+    "read_specification",
+    "refine",
+    "reproduce",
+    "rewrite_report",
+    "robots",
+    "save_gait",
+    "save_trace",
+    "simulate",
+    "stabilize",
+    "standing_posture",
+    "start_state",
+    "sweep",
+    "symmetrized",
+    "synthesize",
+    "synthesize_specification",
+    "write_run",
+]

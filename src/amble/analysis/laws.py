@@ -1,0 +1,133 @@
+"""Which allocation laws are compared on a gait, and what they do along its motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from amble.analysis.allocation import AllocationLimits, LawMetrics, allocation_metrics
+from amble.analysis.comparison import Comparison, compare
+from amble.analysis.motion import Motion
+from amble.analysis.reallocation import reallocate
+from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace
+from amble.control import AllocationLaw, BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
+from amble.control.actuator import ACTUATORS
+from amble.control.allocation.law import require_effort_limits
+from amble.control.laws import paper_baseline
+from amble.errors import InputError
+from amble.gait import Gait
+from amble.simulation import Trace
+
+
+@dataclass(frozen=True)
+class LawChoice:
+    """Laws to compare on a gait.
+
+    Attributes:
+        laws: label -> law.
+        omitted: label -> sentence that says why the law cannot be applied to the gait.
+    """
+
+    laws: Mapping[str, AllocationLaw]
+    omitted: Mapping[str, str]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """One sentence for every law that is left out."""
+        return tuple(f"Left out: {label}, because {reason}." for label, reason in self.omitted.items())
+
+
+def paper_laws(gait: Gait) -> LawChoice:
+    """Return those of the paper's two methods that apply to a gait: one actuator off, and the pseudo-inverse."""
+    return _applicable({"drop": lambda: paper_baseline(gait.pattern), "pinv": PseudoInverse})
+
+
+def every_law(gait: Gait) -> LawChoice:
+    """Return the laws worth comparing on a gait: both of the paper, least power for each actuator, the rest.
+
+    The bounded law keeps the friction of the ground and the normal force of the gait's limits. What does not apply,
+    such as a law that needs torque limits on a robot without them, is left out with the reason.
+    """
+
+    def limited(law: AllocationLaw) -> AllocationLaw:
+        require_effort_limits(gait.robot, sorted({foot for stance in gait.pattern.stances for foot in stance.feet}))
+        return law
+
+    return _applicable(
+        {
+            "drop": lambda: paper_baseline(gait.pattern),
+            "pinv": PseudoInverse,
+            **{f"power ({model.name})": partial(MinimumPower, model) for model in ACTUATORS},
+            "peak": lambda: limited(MinimumPeak()),
+            "bounded": lambda: limited(BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force)),
+        }
+    )
+
+
+def labelled(laws: Sequence[AllocationLaw]) -> dict[str, AllocationLaw]:
+    """Label laws by name, and by name and parameters where two have the same name."""
+    names = [law.name for law in laws]
+    return {law.name if names.count(law.name) == 1 else f"{law.name} ({_values(law)})": law for law in laws}
+
+
+def compare_laws(gait: Gait, laws: Sequence[AllocationLaw], trace: Trace | None = None) -> Comparison:
+    """Evaluate laws along the optimised motion and, where a trace is given, along the simulated one.
+
+    Args:
+        gait: the gait.
+        laws: the laws, at least one, of different names.
+        trace: a simulation of the gait.
+
+    Raises:
+        InputError: no law is given, two have the same name, or one does not fit a stance.
+    """
+    if not laws:
+        raise InputError("no allocation law was given to compare")
+    motions = [samples_of_gait(gait)]
+    if trace is not None:
+        motions.append(samples_of_trace(trace, gait.pattern))
+    return compare([with_laws(samples, laws) for samples in motions], ACTUATORS)
+
+
+def with_laws(samples: Samples, laws: Sequence[AllocationLaw]) -> Motion:
+    """Return a motion with the torques that each law applies on it."""
+    return samples.motion({name: found.torques for name, found in reallocate(samples, laws).items()})
+
+
+def compare_allocations(
+    gait: Gait, laws: Mapping[str, AllocationLaw] | None = None, samples: Samples | None = None
+) -> tuple[LawMetrics, ...]:
+    """Evaluate laws along one motion of a gait.
+
+    Args:
+        gait: the gait; its limits are what the laws are held against, torques also against the robot's own.
+        laws: label -> law; every law that applies where none is given.
+        samples: the motion; the optimised one where none is given.
+
+    Raises:
+        InputError: ``laws`` is empty, or a law does not fit a stance or the robot.
+    """
+    joints = gait.robot.joints
+    torques = {joint.name: min(joint.effort, gait.limits.torques.get(joint.name, joint.effort)) for joint in joints}
+    limits = AllocationLimits(gait.pattern.ground.friction, gait.limits.normal_force, torques)
+    motion = samples_of_gait(gait) if samples is None else samples
+    chosen = every_law(gait).laws if laws is None else laws
+    return allocation_metrics(motion, chosen, limits, ACTUATORS)
+
+
+def _applicable(candidates: Mapping[str, Callable[[], AllocationLaw]]) -> LawChoice:
+    laws, omitted = {}, {}
+    for label, build in candidates.items():
+        try:
+            laws[label] = build()
+        except InputError as error:
+            omitted[label] = str(error)
+    return LawChoice(laws, omitted)
+
+
+def _values(law: AllocationLaw) -> str:
+    values = law.parameters.values()  # of an actuator model that a user made, its name tells it apart
+    return ", ".join(
+        str(value["name"] if isinstance(value, Mapping) and "name" in value else value) for value in values
+    )

@@ -1,0 +1,25 @@
+"""Choices that the library and the command line share: plain values, so that ``amble --help`` imports nothing else."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+Method = Literal["bilinear"]
+"""What may choose the weights of a stabilisation: the paper's bilinear matrix inequalities."""
+
+METHODS: tuple[Method, ...] = get_args(Method)
+
+METHOD: Method = "bilinear"
+"""What chooses them where nothing is said."""
+
+FREE = ("roll", "pitch", "yaw")
+"""Coordinates whose weights a stabilisation may choose."""
+
+TOLERANCE = 1e-8
+"""Relative and absolute tolerance of a simulation."""
+
+CYCLES, REPRODUCED_CYCLES = 20, 500
+"""Gait cycles of a simulation, and of the one that reproduces the paper."""
+
+GRID = 4
+"""Points that a check looks at in every spacing of a gait's nodes."""

@@ -1,0 +1,94 @@
+"""Certification of a gait, or of the periodic orbit of any hybrid system."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import overload
+
+from amble.errors import CertificateError, InputError, Row
+from amble.gait import Gait
+from amble.hybrid import HybridSystem
+from amble.progress import Progress
+from amble.stability.certificate import TOLERANCES, Certificate, assess
+from amble.stability.gait_certificate import certified_orbit
+from amble.stability.poincare import TIME_LIMIT
+from amble.types import Vector
+
+
+@overload
+def certify(
+    subject: Gait,
+    *,
+    conditions: Sequence[Row] = (),
+    tolerances: Sequence[float] = TOLERANCES,
+    time_limit: float = TIME_LIMIT,
+    allow_absurd_limits: bool = False,
+    progress: Progress | None = None,
+) -> Certificate: ...
+
+
+@overload
+def certify(
+    subject: HybridSystem,
+    state: Vector,
+    conditions: Sequence[Row] = (),
+    tolerances: Sequence[float] = TOLERANCES,
+    time_limit: float = TIME_LIMIT,
+    *,
+    progress: Progress | None = None,
+) -> Certificate: ...
+
+
+def certify(
+    subject: Gait | HybridSystem,
+    state: Vector | None = None,
+    conditions: Sequence[Row] = (),
+    tolerances: Sequence[float] = TOLERANCES,
+    time_limit: float = TIME_LIMIT,
+    *,
+    allow_absurd_limits: bool = False,
+    progress: Progress | None = None,
+) -> Certificate:
+    """Certify, to the accuracy of the numerics, that an orbit is exponentially stable.
+
+    Of a gait it is the orbit of its closed loop over a full cycle, and everything is computed again from the gait.
+    Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
+    the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground.
+
+    Args:
+        subject: a gait; or a system, whose guard that is zero at the entry of the first domain needs
+            ``Transition.dead_time``.
+        state: of a system, the fixed point at the entry of the first domain, (n_x,); a gait's is computed.
+        conditions: what else must hold on the orbit, as rows.
+        tolerances: of the integrator; the last, tightest one counts, the sweep goes into the error bar.
+        time_limit: the longest that one domain may last, s.
+        allow_absurd_limits: of a gait, certify against limits and gravity that nobody would mean
+            (``gait.limits.sensible_rows``).
+        progress: called with what is being computed.
+
+    Raises:
+        CertificateError: where the radius plus its error bar is not below 1, the two Jacobians disagree, the state is
+            not a fixed point, a symmetry does not hold, a simulation contracts otherwise than the leading multiplier
+            says, or a condition is violated; the message lists the rows.
+        FallError: where the motion does not come back.
+        InputError: a gait with a state, or a system without one.
+        NotSolvedError: the closed loop of a gait has no fixed point near it.
+        WorkError: the outputs of a gait lose their rank along the recorded motion.
+    """
+    if isinstance(subject, Gait):
+        if state is not None:
+            raise InputError("a gait is certified at the fixed point of its closed loop; it takes no state")
+        system, state, of_gait = certified_orbit(subject, allow_absurd_limits, progress)
+        conditions = (*of_gait, *conditions)
+    elif state is None:
+        raise InputError("a hybrid system is certified at a fixed point, which `amble.fixed_point` finds")
+    elif allow_absurd_limits:
+        raise InputError("only a gait has limits that can be absurd")
+    else:
+        system = subject
+    certificate = replace(assess(system, state, tolerances, time_limit, progress), conditions=tuple(conditions))
+    rows = certificate.rows()
+    if any(row.violation > 0 for row in rows):
+        raise CertificateError(rows)
+    return certificate
