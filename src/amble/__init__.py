@@ -75,7 +75,6 @@ _HOME = {
     "certify": "amble.stability",
     "check": "amble.verification.check",
     "closed_loop": "amble.gait.closed_loop",
-    "compare_allocations": "amble.analysis",
     "compare_laws": "amble.analysis",
     "contact_report": "amble.analysis",
     "default_limits": "amble.synthesis",

@@ -5,7 +5,6 @@ from amble.analysis import Comparison as Comparison
 from amble.analysis import ContactBounds as ContactBounds
 from amble.analysis import ContactReport as ContactReport
 from amble.analysis import LawChoice as LawChoice
-from amble.analysis import compare_allocations as compare_allocations
 from amble.analysis import compare_laws as compare_laws
 from amble.analysis import contact_report as contact_report
 from amble.analysis import every_law as every_law
@@ -169,7 +168,6 @@ __all__ = [
     "certify",
     "check",
     "closed_loop",
-    "compare_allocations",
     "compare_laws",
     "contact_report",
     "default_limits",

@@ -56,20 +56,11 @@ def linearise(
     # shorthand
     h = dynamics.bias(contacts.robot, q, v)
     J = (equations := MotionEquations.of(contacts, q, constraints.null_space)).jacobian
-    N = equations.torque_basis
 
     commanded = commanded_acceleration(q, v, time, constraints)
     # with u = (D a + h - J^T lambda)_joints, N^T u = 0 is a row for a and lambda, next to the base's six
     a, smallest = equations.solve(commanded, -contacts.bias(q, v), -equations.rows @ h)
     u = (equations.mass @ a + h - J.T @ smallest)[BASE_SIZE:]
-    redundancy = Redundancy(
-        contacts=contacts,
-        points=contacts.points(q),
-        torques=u,
-        torque_basis=N,
-        forces=smallest,
-        force_basis=equations.force_basis,
-        speeds=v[BASE_SIZE:],
-    )
-    s = law.allocate(redundancy)
-    return Linearised(a, u + N @ s, smallest + equations.force_basis @ s, redundancy, equations)
+    redundancy = Redundancy.at(contacts, (q, v), (u, smallest), (equations.torque_basis, equations.force_basis))
+    chosen = redundancy.moved(law.allocate(redundancy))
+    return Linearised(a, chosen.torques, chosen.forces, redundancy, equations)

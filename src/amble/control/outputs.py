@@ -12,6 +12,9 @@ from amble.hybrid import Contacts, GaitPattern, Stance
 from amble.robot import Robot, kinematics
 from amble.types import Matrix, Vector
 
+LARGEST_ORDER = 14
+"""Order in which the closed loop writes every reference curve; a curve of higher order does not fit into it."""
+
 LATERAL = 0.9
 """Share of a joint's axis along the base's y axis from which the joint counts as a pitch joint."""
 
@@ -35,10 +38,14 @@ class Outputs:
         """Check the order.
 
         Raises:
-            InputError: the curves cannot meet position and rate at both ends.
+            InputError: the curves cannot meet position and rate at both ends, or do not fit into the closed loop.
         """
         if self.order < 3:
             raise InputError(f"the order of the output curves is {self.order}; at least 3 is needed to meet both ends")
+        if self.order > LARGEST_ORDER:
+            raise InputError(
+                f"the order of the output curves is {self.order}; the closed loop takes up to {LARGEST_ORDER}"
+            )
 
     def of(self, domain: str) -> DomainOutputs:
         """Look the outputs of a domain up."""
@@ -73,7 +80,7 @@ def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Seque
 
     Args:
         pattern: the gait pattern.
-        order: order of the Bezier curves, at least 3.
+        order: order of the Bezier curves, 3 to 14.
         free: solved domain -> joints left out. By default, for two stance feet, the pitch joint of the rear stance
             leg: of the leg whose hip lies further back, the first joint whose axis is lateral.
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.outputs import selection_matrix
+from amble.control.outputs import LARGEST_ORDER, selection_matrix
 from amble.control.virtual_constraints import pack, reference_end
 from amble.gait.record import Gait
-from amble.gait.validation import LARGEST_ORDER
 from amble.hybrid import Domain, GaitPattern, HybridSystem, Switch, Symmetry, Transition
 from amble.io.units import units
 from amble.numerics.bezier import elevate
@@ -71,7 +70,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
             domains.append(_mirrored_domain(pattern, loop, switch, parameters[original.source.name]))
             transitions.append(_mirrored_transition(robot, loop, switch))
     names = (*robot.coordinate_names, *(f"{RATE}{name}" for name in robot.coordinate_names))
-    return HybridSystem(domains, transitions, _symmetries(gait), names)
+    return HybridSystem(tuple(domains), tuple(transitions), _symmetries(gait), names)
 
 
 def loop_parameters(gait: Gait, domain: str) -> Vector:

@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from amble.control.outputs import actuated_freedoms, controllable
+from amble.control.outputs import LARGEST_ORDER, actuated_freedoms, controllable
 from amble.errors import InputError, UnknownNameError
 
 if TYPE_CHECKING:
     from amble.gait.record import DomainTrajectory, Feedback, Gait
     from amble.types import Vector
-
-LARGEST_ORDER = 14
-"""Order in which the closed loop writes every reference curve; a curve of higher order does not fit into it."""
 
 CLOCK_ROUNDING = 1e-9
 """What the last node's clock may miss of the duration, as a share of it."""
@@ -69,7 +66,6 @@ def check_gait(gait: Gait) -> None:
     for what, value in (("speed", gait.speed), ("position gain", gait.gains[0]), ("velocity gain", gait.gains[1])):
         if not np.isfinite(value):
             raise InputError(f"the {what} of the gait is {value}, not a finite number")
-    _check_order("output curves", gait.outputs.order)
     solved = [stance.name for stance in gait.pattern.solved]
     _same("outputs", [entry.domain for entry in gait.outputs.domains], solved)
     _same("motion", [domain.name for domain in gait.domains], solved)
@@ -91,11 +87,6 @@ def _clock(place: str, times: Vector, duration: float) -> None:
         raise InputError(f"{place} has a clock that does not run forward")
     if abs(times[0]) > CLOCK_ROUNDING * duration or abs(times[-1] - duration) > CLOCK_ROUNDING * duration:
         raise InputError(f"{place} lasts {duration:g} s, but its clock runs from {times[0]:g} to {times[-1]:g} s")
-
-
-def _check_order(what: str, order: int) -> None:
-    if order > LARGEST_ORDER:
-        raise InputError(f"the order of the {what} is {order}; the closed loop takes up to {LARGEST_ORDER}")
 
 
 def _check_outputs(gait: Gait) -> None:
@@ -141,7 +132,11 @@ def _check_feedback_shapes(gait: Gait, feedback: Feedback) -> None:
         references = feedback.references[name]
         columns = references.shape[-1] if references.ndim else 0
         _shaped(f"the references of domain '{name}'", references, (observed, max(columns, 1)))
-        _check_order(f"references of domain '{name}'", columns - 1)
+        if columns - 1 > LARGEST_ORDER:
+            raise InputError(
+                f"the order of the references of domain '{name}' is {columns - 1}; the closed loop takes up to "
+                f"{LARGEST_ORDER}"
+            )
         count = len(gait.outputs.of(name).coordinates)
         _shaped(f"the weights of domain '{name}'", feedback.weights[name], (count, observed))
     _shaped("the start of the feedback", feedback.start, (2 * gait.robot.size,))

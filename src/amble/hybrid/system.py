@@ -6,8 +6,8 @@ This record is all that simulation and stability know; a legged robot is one way
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import casadi as ca
@@ -170,31 +170,30 @@ class Symmetry:
 
 @dataclass(frozen=True)
 class HybridSystem:
-    """A directed cycle of domains; it validates itself on construction.
+    """A directed cycle of domains; it validates itself on construction, and keeps lists as tuples.
+
+    Attributes:
+        domains: where the vector fields hold; a cycle starts with the first.
+        transitions: how one domain is left for another.
+        symmetries: under which the system is invariant.
+        state_names: of the entries of x; x0, x1, ... where none are given.
 
     Raises:
         InputError: where there is no domain, a name occurs twice, state sizes differ, a domain has no way out or
             cannot be reached, a guard's direction is not -1 or +1, or its dead time is negative.
     """
 
-    domains: tuple[Domain, ...]
-    transitions: tuple[Transition, ...]
-    symmetries: tuple[Symmetry, ...] = ()
-    state_names: tuple[str, ...] = ()
+    domains: Sequence[Domain]
+    transitions: Sequence[Transition]
+    symmetries: Sequence[Symmetry] = ()
+    state_names: Sequence[str] = ()
 
-    def __init__(
-        self,
-        domains: Iterable[Domain],
-        transitions: Iterable[Transition],
-        symmetries: Iterable[Symmetry] = (),
-        state_names: Sequence[str] = (),
-    ) -> None:
-        object.__setattr__(self, "domains", tuple(domains))
-        object.__setattr__(self, "transitions", tuple(transitions))
-        object.__setattr__(self, "symmetries", tuple(symmetries))
-        if self.domains and not state_names:
-            state_names = [f"x{i}" for i in range(self.domains[0].state_size)]
-        object.__setattr__(self, "state_names", tuple(state_names))
+    def __post_init__(self) -> None:
+        """Freeze the sequences, name the states where nobody did, and check that all fits together."""
+        if self.domains and not self.state_names:
+            object.__setattr__(self, "state_names", [f"x{i}" for i in range(self.domains[0].state_size)])
+        for part in fields(self):
+            object.__setattr__(self, part.name, tuple(getattr(self, part.name)))
         _validate(self)
 
     @property
@@ -242,20 +241,36 @@ def _validate(system: HybridSystem) -> None:
     for domain in system.domains:
         _validate_domain(system, domain)
     for transition in system.transitions:
-        system.domain(transition.source)
-        system.domain(transition.target)
-        if transition.direction not in (-1, 1):
-            raise InputError(f"direction of '{transition.name}' is {transition.direction}; known: -1, +1")
-        if not transition.dead_time >= 0:
-            raise InputError(f"the dead time of '{transition.name}' is {transition.dead_time:g} s, below 0")
-        _expect_shape(f"guard of '{transition.name}'", transition.guard, size, 1)
-        _expect_shape(f"reset of '{transition.name}'", transition.reset, size, size)
+        _validate_transition(system, transition)
+    for symmetry in system.symmetries:
+        _validate_symmetry(symmetry, size)
     reached = _reachable(system, names[0])
     for name in names:
         if name not in reached:
             raise InputError(f"domain '{name}' cannot be reached from '{names[0]}'")
     if len(system.state_names) != size:
         raise InputError(f"{len(system.state_names)} state names for {size} states")
+
+
+def _validate_transition(system: HybridSystem, transition: Transition) -> None:
+    size = system.state_size
+    system.domain(transition.source)
+    system.domain(transition.target)
+    if transition.direction not in (-1, 1):
+        raise InputError(f"direction of '{transition.name}' is {transition.direction}; known: -1, +1")
+    if not transition.dead_time >= 0:
+        raise InputError(f"the dead time of '{transition.name}' is {transition.dead_time:g} s, below 0")
+    _expect_shape(f"guard of '{transition.name}'", transition.guard, size, 1)
+    _expect_shape(f"reset of '{transition.name}'", transition.reset, size, size)
+
+
+def _validate_symmetry(symmetry: Symmetry, size: int) -> None:
+    generator = symmetry.generator
+    if (generator.numel_in(0), generator.numel_out(0)) != (size, size):
+        raise InputError(
+            f"the generator of symmetry '{symmetry.name}' maps {generator.numel_in(0)} states to "
+            f"{generator.numel_out(0)} rates, not {size} of each"
+        )
 
 
 def _validate_domain(system: HybridSystem, domain: Domain) -> None:

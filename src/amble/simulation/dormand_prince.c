@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "callee.h"
+
 #define STAGES 16      /* rows of the extended tableau */
 #define STEP_STAGES 12 /* stages that make a step; row 12 is the weights of the solution */
 #define DENSE 7        /* coefficient vectors of the dense output */
@@ -16,11 +18,6 @@
 #define CHECKS 4       /* looks at the guards within one step */
 
 enum { CROSSED = 0, TOO_LONG = 1, STUCK = 2, NO_MEMORY = 3 };
-
-typedef struct {
-    void *handle; /* evaluates out = function(clock, state) from and to the buffers below */
-    double *clock, *state, *out;
-} Callee;
 
 typedef struct {
     const double *a, *c, *error3, *error5, *dense;
@@ -48,14 +45,14 @@ typedef struct { /* accepted steps: spans[i] and (1 + DENSE) vectors of the stat
 static double call(const Problem *problem, const Callee *callee, double clock, const double *state) {
     *callee->clock = clock;
     memcpy(callee->state, state, problem->n * sizeof(double));
-    callee->out[0] = NAN; /* a function that fails writes nothing: it must not look like its last value */
+    callee->results[0][0] = NAN; /* a function that fails writes nothing: it must not look like its last value */
     problem->evaluate(callee->handle);
-    return callee->out[0];
+    return callee->results[0][0];
 }
 
 static void slope(const Problem *problem, double clock, const double *state, double *rate) {
     call(problem, problem->field, clock, state);
-    memcpy(rate, problem->field->out, problem->n * sizeof(double));
+    memcpy(rate, problem->field->results[0], problem->n * sizeof(double));
 }
 
 /* y = x + length * sum_j weights[j] k_j */

@@ -10,9 +10,9 @@ import numpy as np
 
 from amble.errors import WorkError
 from amble.numerics.tableau import dop853
-from amble.simulation.bound import Bound, bind
+from amble.simulation.bound import Callee, bind
 from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Arc, Flow, FlowDefinition
-from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
+from amble.simulation.library import DOUBLES, doubles, evaluation, load
 from amble.types import Vector
 
 CROSSED, NO_MEMORY = 0, 3
@@ -22,10 +22,6 @@ TABLEAU = ("a", "c", "error3", "error5", "dense")
 """The arrays of the method, in the order of the C structure."""
 
 
-class _Callee(ctypes.Structure):
-    _fields_ = (("handle", ctypes.c_void_p), ("clock", DOUBLES), ("state", DOUBLES), ("out", DOUBLES))
-
-
 class _Tableau(ctypes.Structure):
     _fields_ = tuple((name, DOUBLES) for name in TABLEAU)
 
@@ -33,8 +29,8 @@ class _Tableau(ctypes.Structure):
 class _Problem(ctypes.Structure):
     _fields_ = (
         ("evaluate", ctypes.c_void_p),
-        ("field", ctypes.POINTER(_Callee)),
-        ("guards", ctypes.POINTER(_Callee)),
+        ("field", ctypes.POINTER(Callee)),
+        ("guards", ctypes.POINTER(Callee)),
         ("sign", DOUBLES),
         ("first", DOUBLES),
         ("breakpoints", DOUBLES),
@@ -88,19 +84,15 @@ def prepare(definition: FlowDefinition) -> Flow | None:
         return None
     routine = library.amble_flow
     routine.argtypes, routine.restype = ARGUMENTS, ctypes.c_int
-    field, guards = _callee(followed), (_Callee * len(events))(*map(_callee, events))
+    field, guards = followed.callee(), (Callee * len(events))(*(bound.callee() for bound in events))
     sign = np.array([float(item.direction) for item in definition.events])
     first = np.array([max(item.dead_time, RESOLUTION) for item in definition.events])
     breakpoints = np.array(definition.breakpoints)
     problem = _Problem(
-        evaluation(), ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), doubles(sign),
+        evaluation(), ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(Callee)), doubles(sign),
         doubles(first), doubles(breakpoints), definition.field.numel_in(1), len(events), breakpoints.size,
     )  # fmt: skip
     method = dop853()
     arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
     kept = (followed, events, field, guards, sign, first, breakpoints, arrays)
     return NativeFlow(definition, routine, problem, _Tableau(*map(doubles, arrays)), kept)
-
-
-def _callee(bound: Bound) -> _Callee:
-    return _Callee(address(bound.buffer), doubles(bound.clock), doubles(bound.state), doubles(bound.results[0]))

@@ -132,7 +132,7 @@ def _recorded(
     domain = np.repeat([part.domain for part in solution.arcs], lengths)
     return Trace(
         domains=tuple(candidate.name for candidate in system.domains),
-        state_names=system.state_names,
+        state_names=tuple(system.state_names),
         time=clock + np.repeat([part.entered for part in solution.arcs], lengths),
         clock=clock,
         domain=domain,

@@ -10,7 +10,8 @@ from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.progress import Progress, ProgressReport
 from amble.simulation.bound import Bound, bind
-from amble.simulation.flow import LEFT_DOMAIN, STUCK, TOO_LONG, Arc, Flow, prepare
+from amble.simulation.flow import LEFT_DOMAIN, STUCK, TOO_LONG, Arc, Flow
+from amble.simulation.preparation import prepare
 from amble.simulation.trace import COMPLETED, Event
 from amble.types import Vector, frozen
 

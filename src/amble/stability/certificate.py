@@ -16,9 +16,9 @@ from math import isfinite
 
 import numpy as np
 
-from amble.errors import Row
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
+from amble.residual import Residual
 from amble.stability.differences import Differences, difference_check
 from amble.stability.group import closest_shift
 from amble.stability.leading_mode import LeadingMode, leading_mode
@@ -71,25 +71,27 @@ class Certificate:
     differences: Differences
     bound: QuadraticBound | None
     mode: LeadingMode | None
-    conditions: tuple[Row, ...] = ()
+    conditions: tuple[Residual, ...] = ()
 
     @property
     def radius(self) -> float:
         """Spectral radius of the cycle."""
         return self.spectrum.radius
 
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[Residual, ...]:
         """Return everything that must hold as rows."""
         defects = [
-            Row(f"defect of symmetry '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
+            Residual(f"defect of symmetry '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
             for neutral in self.spectrum.neutral
         ]
         contraction = [] if self.mode is None else [_contraction(self.mode)]
         bound = () if self.bound is None else self.bound.rows()
         return (
-            Row("spectral radius plus its error bar", 0.0, self.radius + self.error, float(np.nextafter(1.0, 0.0))),
-            Row("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
-            Row("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
+            Residual(
+                "spectral radius plus its error bar", 0.0, self.radius + self.error, float(np.nextafter(1.0, 0.0))
+            ),
+            Residual("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
+            Residual("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
             *defects,
             *contraction,
             *bound,
@@ -156,7 +158,7 @@ def assess(
     names = [symmetry.name for symmetry in system.symmetries]
     return Certificate(
         state=frozen(entry),
-        state_names=system.state_names,
+        state_names=tuple(system.state_names),
         residual=float(np.abs(there.image - shift.image).max()),
         period=there.period,
         shift=dict(zip(names, map(float, shift.amounts), strict=True)),
@@ -170,11 +172,11 @@ def assess(
     )
 
 
-def row_to_dict(row: Row) -> Json:
+def row_to_dict(row: Residual) -> Json:
     """Return a row as a dictionary for a JSON file; a bound that is not there, or no number, is None."""
     numbers = {"lower": row.lower, "value": row.value, "upper": row.upper}
     written = {key: finite(value) for key, value in numbers.items()}
-    return {"name": row.name, **written, "holds": bool(row.violation == 0)}
+    return {"name": row.name, **written, "holds": row.passed}
 
 
 def finite(value: float) -> float | None:
@@ -182,7 +184,7 @@ def finite(value: float) -> float | None:
     return float(value) if isfinite(value) else None
 
 
-def _contraction(mode: LeadingMode) -> Row:
+def _contraction(mode: LeadingMode) -> Residual:
     margin = LARGEST_DIFFERENCE * mode.predicted
     name = "contraction of the leading mode in simulation"
-    return Row(name, mode.predicted - margin, mode.rate, mode.predicted + margin)
+    return Residual(name, mode.predicted - margin, mode.rate, mode.predicted + margin)

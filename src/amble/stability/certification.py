@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import overload
 
-from amble.errors import CertificateError, InputError, Row
+from amble.errors import CertificateError, InputError
 from amble.gait import Gait
 from amble.hybrid import HybridSystem
 from amble.progress import Progress
+from amble.residual import Residual
 from amble.stability.certificate import TOLERANCES, Certificate, assess
 from amble.stability.gait_certificate import certified_orbit
 from amble.stability.poincare import TIME_LIMIT
@@ -20,7 +21,7 @@ from amble.types import Vector
 def certify(
     subject: Gait,
     *,
-    conditions: Sequence[Row] = (),
+    conditions: Sequence[Residual] = (),
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     allow_absurd_limits: bool = False,
@@ -32,7 +33,7 @@ def certify(
 def certify(
     subject: HybridSystem,
     state: Vector,
-    conditions: Sequence[Row] = (),
+    conditions: Sequence[Residual] = (),
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     *,
@@ -43,7 +44,7 @@ def certify(
 def certify(
     subject: Gait | HybridSystem,
     state: Vector | None = None,
-    conditions: Sequence[Row] = (),
+    conditions: Sequence[Residual] = (),
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     *,

@@ -31,7 +31,7 @@ def without_yaw(system: HybridSystem, mirrored: bool) -> HybridSystem:
     because weights on yaw refer to it.
     """
     kept = [symmetry for symmetry in system.symmetries if not (mirrored and symmetry.name == "yaw")]
-    return HybridSystem(system.domains, system.transitions, kept, system.state_names)
+    return HybridSystem(system.domains, system.transitions, tuple(kept), system.state_names)
 
 
 def closed_loop_fixed_point(gait: Gait, progress: Progress | None = None) -> tuple[HybridSystem, FixedPoint]:

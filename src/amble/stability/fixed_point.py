@@ -15,9 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amble.errors import FallError, NotSolvedError, Row
+from amble.errors import FallError, NotSolvedError
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport
+from amble.residual import Residual
 from amble.stability.group import Shift, closest_shift, generators
 from amble.stability.monodromy import Monodromy, Variational, prepare_variational
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
@@ -157,8 +158,8 @@ def _result(system: HybridSystem, current: _Iterate, history: tuple[float, ...])
     return FixedPoint(frozen(current.state), shift, current.size, history, current.map)
 
 
-def _rows(system: HybridSystem, current: _Iterate) -> list[Row]:
+def _rows(system: HybridSystem, current: _Iterate) -> list[Residual]:
     return [
-        Row(f"P(x) - x of {name}", 0.0, float(value), 0.0)
+        Residual(f"P(x) - x of {name}", 0.0, float(value), 0.0)
         for name, value in zip(system.state_names, current.residual, strict=True)
     ]

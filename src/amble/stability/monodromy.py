@@ -29,7 +29,8 @@ import numpy as np
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.names import identifier
-from amble.simulation.flow import EventFunction, Flow, FlowDefinition, event_functions, prepare_flow
+from amble.simulation.flow import EventFunction, Flow, FlowDefinition
+from amble.simulation.preparation import event_functions, prepare_flow
 from amble.simulation.walk import PreparedDomain, prepare_domain
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE

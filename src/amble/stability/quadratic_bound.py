@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amble.errors import Row
+from amble.residual import Residual
 from amble.stability.lyapunov import accumulated, smoothed_radius
 from amble.types import Json, Matrix, frozen
 
@@ -38,13 +38,13 @@ class QuadraticBound:
     definite: float
     decrease: float
 
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[Residual, ...]:
         """Return what must hold as rows."""
         least = float(np.nextafter(0.0, 1.0))
         return (
-            Row("contraction bound r", 0.0, self.rate, float(np.nextafter(1.0, 0.0))),
-            Row("least eigenvalue of W", least, self.definite, float("inf")),
-            Row("least eigenvalue of r^2 W - A^T W A", least, self.decrease, float("inf")),
+            Residual("contraction bound r", 0.0, self.rate, float(np.nextafter(1.0, 0.0))),
+            Residual("least eigenvalue of W", least, self.definite, float("inf")),
+            Residual("least eigenvalue of r^2 W - A^T W A", least, self.decrease, float("inf")),
         )
 
     def to_dict(self) -> Json:

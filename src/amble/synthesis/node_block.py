@@ -15,10 +15,11 @@ from amble.numerics.bezier import bezier
 from amble.numerics.collocation import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.model import ACCELERATION, RATE
-from amble.synthesis.assembly import Block
+from amble.synthesis.assembly import Block, Label
 from amble.synthesis.bounds import MARGIN
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
+from amble.synthesis.rows import RowKind
 
 FORCE_UNIT = 10.0
 """Scale of force and torque rows, N and N m, so that rows of all kinds have similar size."""
@@ -79,12 +80,14 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     tilted, tilted_labels = _tilted_rows(contacts, q, local)
     coordinates = problem.outputs.of(domain.stance.name).coordinates
     labels = (
-        [f"dynamics {name} (10 N)" for name in robot.coordinate_names]
-        + [f"contact {label}" for label in contacts.labels]
-        + [f"output {kind}{name}" for kind in ("", RATE, ACCELERATION) for name in coordinates]
-        + [f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])]
-        + [f"friction {name} {side} (10 N)" for name in feet for side in foot.sides]
-        + [f"height {name}" for name in swing]
+        RowKind.DYNAMICS.labels(*(f"dynamics {name} (10 N)" for name in robot.coordinate_names))
+        + RowKind.CONTACT.labels(*(f"contact {label}" for label in contacts.labels))
+        + RowKind.OUTPUT.labels(*(f"output {name}" for name in coordinates))
+        + RowKind.OUTPUT_RATE.labels(*(f"output {RATE}{name}" for name in coordinates))
+        + RowKind.OUTPUT_ACCELERATION.labels(*(f"output {ACCELERATION}{name}" for name in coordinates))
+        + RowKind.LAW.labels(*(f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])))
+        + RowKind.FRICTION.labels(*(f"friction {name} {side} (10 N)" for name in feet for side in foot.sides))
+        + RowKind.HEIGHT.labels(*(f"height {name}" for name in swing))
         + tilted_labels
     )
     equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
@@ -125,32 +128,18 @@ def _output_rows(
 
 
 def _law_rows(problem: GaitProblem, contacts: Contacts, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX) -> ca.SX:
-    """Rows of the allocation law, built on the same torque_basis space as the controller's."""
-    robot = contacts.robot
-    torque_basis, force_basis = contacts.torque_null_space(q)
-    speeds = v[robot.size - len(robot.joints) :]
-    return ca.densify(
-        problem.law.optimality_conditions(
-            Redundancy(
-                contacts=contacts,
-                points=contacts.points(q),
-                torques=u,
-                torque_basis=torque_basis,
-                forces=lam,
-                force_basis=force_basis,
-                speeds=speeds,
-            )
-        )
-    )
+    """Rows of the allocation law, built on the same null space as the controller's."""
+    return ca.densify(problem.law.optimality_conditions(Redundancy.at(contacts, (q, v), (u, lam))))
 
 
-def _tilted_rows(contacts: Contacts, q: ca.SX, local: list[ca.SX]) -> tuple[list[ca.SX], list[str]]:
+def _tilted_rows(contacts: Contacts, q: ca.SX, local: list[ca.SX]) -> tuple[list[ca.SX], list[Label]]:
     """What bounds of variables say on level ground: normal force of every stance foot, height of the base."""
     if contacts.ground.level:
         return [], []
     forces = [contacts.contact.normal_force(f) / FORCE_UNIT for f in local]
     base = q[2] - contacts.ground.height(q[0], q[1])
-    return [*forces, base], [*(f"normal force {foot} (10 N)" for foot in contacts.feet), "base above the ground"]
+    labels = RowKind.NORMAL_FORCE.labels(*(f"normal force {foot} (10 N)" for foot in contacts.feet))
+    return [*forces, base], labels + RowKind.BASE_HEIGHT.labels("base above the ground")
 
 
 def _bounds(

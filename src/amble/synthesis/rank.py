@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.errors import NotSolvedError, Row
+from amble.errors import NotSolvedError
+from amble.residual import Residual
 from amble.synthesis.layout import resampled
 from amble.synthesis.program import GaitProgram, build_program
 
@@ -31,15 +31,13 @@ def smallest_singular_value(program: GaitProgram, variables: NDArray[np.float64]
         program: the transcribed problem.
         variables: scaled variables at which to look, (n_x,).
     """
-    from scipy.sparse import csc_matrix, diags, identity
+    from scipy.sparse import diags, identity
     from scipy.sparse.linalg import splu
 
     nlp = program.program
-    jacobian: ca.DM = nlp.jacobian(variables, program.parameters)[1]
-    rows, columns = jacobian.sparsity().get_triplet()
-    whole = csc_matrix((jacobian.nonzeros(), (rows, columns)), shape=jacobian.shape).tocsr()
+    _, whole = nlp.linearised(variables, program.parameters)
     free = program.lower < program.upper
-    equal = whole[nlp.lower == nlp.upper][:, free]
+    equal = whole[nlp.equalities][:, free]
     lengths = np.sqrt(np.asarray(equal.multiply(equal).sum(axis=1)).ravel())
     normal = diags(1.0 / np.maximum(lengths, 1e-300)) @ equal
     gram = (normal @ normal.T + SHIFT * identity(normal.shape[0])).tocsc()
@@ -86,7 +84,7 @@ def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> f
     if value >= SMALLEST:
         return value
     nlp = program.program
-    names = np.array(nlp.row_names)[nlp.lower == nlp.upper]
+    names = np.array(nlp.row_names)[nlp.equalities]
     worst = np.argsort(-np.abs(vector))[:8]
-    rows = [Row(f"{names[i]} (weight {vector[i]:.2f})", 0.0, 0.0, 0.0) for i in worst]
+    rows = [Residual(f"{names[i]} (weight {vector[i]:.2f})", 0.0, 0.0, 0.0) for i in worst]
     raise NotSolvedError(f"equality rows depend on each other (smallest singular value {value:.1e})", rows)

@@ -11,8 +11,9 @@ from amble.errors import WorkError
 from amble.gait.record import DomainTrajectory, Gait
 from amble.hybrid import Contacts, Stance, Switch
 from amble.hybrid.contact import AXES
+from amble.residual import Residual
 from amble.types import IntegerVector, Matrix, Vector
-from amble.verification.findings import Finding, residuals
+from amble.verification.findings import residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
@@ -84,7 +85,7 @@ def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
     )
 
 
-def domain_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def domain_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Return every residual of a domain but those of its motion in time."""
     return [
         *_clock(domain, tolerance),
@@ -101,13 +102,13 @@ def size_of(values: Matrix) -> float:
     return 1.0 + float(np.max(np.abs(values), initial=0.0))
 
 
-def _clock(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _clock(domain: SampledDomain, tolerance: float) -> list[Residual]:
     ends = np.array([[domain.trajectory.times[0], domain.trajectory.times[-1] - domain.trajectory.duration]])
     names = [f"{domain.name} clock at the entry", f"{domain.name} clock at the end less the duration"]
     return residuals("clock", names, ends, np.array([np.nan]), tolerance)
 
 
-def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def motion_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible."""
     robot, times = domain.gait.robot, domain.times
     try:
@@ -123,10 +124,10 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
     ]
 
 
-def _nodes(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _nodes(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Recorded accelerations, torques and forces against the closed loop's."""
     robot, trajectory, nodes = domain.gait.robot, domain.trajectory, domain.nodes
-    found: list[Finding] = []
+    found: list[Residual] = []
     for kind, labels, recorded, solved in (
         ("acceleration", robot.coordinate_names, trajectory.accelerations, domain.motion.accelerations),
         ("torque", robot.joint_names, trajectory.torques, domain.motion.torques),
@@ -137,7 +138,7 @@ def _nodes(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return found
 
 
-def _dynamics(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _dynamics(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """D a + h - B u - J^T lambda of what is recorded."""
     # shorthand
     at, trajectory, nodes = domain.terms, domain.trajectory, domain.nodes
@@ -151,10 +152,10 @@ def _dynamics(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return residuals("dynamics", names, balance, trajectory.times, tolerance, scale)
 
 
-def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _contact(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Stance feet: gap to the ground, drift from where they stood at the entry, velocity, acceleration."""
     at, trajectory, nodes, times = domain.terms, domain.trajectory, domain.nodes, domain.times
-    found: list[Finding] = []
+    found: list[Residual] = []
     for foot in domain.stance.feet:
         columns = at.foot(foot)
         place, rate = at.positions[:, columns], at.rates[:, columns]
@@ -169,7 +170,7 @@ def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return found + residuals("contact", names, acceleration, trajectory.times, tolerance, scale)
 
 
-def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _outputs(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Outputs and their rates along the grid, and the output dynamics of the recorded accelerations at the nodes."""
     trajectory, nodes, times = domain.trajectory, domain.nodes, domain.times
     coordinates = domain.gait.outputs.of(domain.name).coordinates
@@ -186,7 +187,7 @@ def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
     ]
 
 
-def _law(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _law(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Rows of the allocation law of the recorded torques, with orthonormal internal forces."""
     gait, trajectory, nodes = domain.gait, domain.trajectory, domain.nodes
     at = terms(domain.contacts, domain.positions[nodes], domain.velocities[nodes])

@@ -6,14 +6,15 @@ import numpy as np
 
 from amble.gait.record import Feedback, Gait
 from amble.hybrid import Switch
+from amble.residual import Residual
 from amble.types import Vector
-from amble.verification.findings import Finding, residuals
+from amble.verification.findings import residuals
 from amble.verification.output_dynamics import OutputDynamics, integrate
 from amble.verification.stance_model import smallest_torques, terms
 from amble.verification.switch_rows import NO_TIME, plastic
 
 
-def feedback_findings(gait: Gait, tolerance: float) -> list[Finding]:
+def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     """Integrate the stabilised loop once around; nothing where the gait is not stabilised."""
     if gait.feedback is None:
         return []

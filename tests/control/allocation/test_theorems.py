@@ -126,13 +126,20 @@ def test_any_choice_keeps_the_acceleration(name: str, count: int) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_normal_forces_of_two_feet_on_a_level_do_not_change(name: str) -> None:
+def test_normal_forces_of_two_feet_change_only_where_one_stands_higher(name: str) -> None:
+    """docs/theory/allocation.md, section 1: internal forces of two feet act along the line between them."""
+    symbol, generator = ca.SX.sym("p", 6), np.random.default_rng(5)
+    function = ca.Function("W", [symbol], [point_forces([symbol[:3], symbol[3:]])])
     for sample in samples(name, 2, 10, seed=5):
-        level = sample.force_basis.copy()
-        level[2::3] = 0.0  # what the force_basis becomes where both feet have the same height
         s = allocate(name, 2, MinimumPower("paper"), sample)[0]
-        assert (level @ s)[2::3] == pytest.approx([0.0, 0.0], abs=0.0)
-        assert np.cross(level[:3, 0], level[3:, 0]) == pytest.approx(np.zeros(3), abs=1e-12)
+        feet = generator.normal(0.0, 0.3, (2, 3))
+        for step in (0.0, 0.05):
+            feet[1, 2] = feet[0, 2] + step
+            change = (np.asarray(function(feet.ravel())) @ s).ravel()
+            largest = np.abs(change).max()
+            assert largest > 0.0
+            assert (np.abs(change[2::3]).max() > 1e-3 * largest) == (step > 0.0)
+            assert change[2] + change[5] == pytest.approx(0.0, abs=1e-12 * largest)
 
 
 @pytest.mark.parametrize("name", NAMES)
