@@ -9,13 +9,14 @@ from amble.hybrid.contact import (
     stance_jacobian,
 )
 from amble.hybrid.pattern import GaitPattern, Stance, Switch, gait_pattern
-from amble.hybrid.system import Domain, HybridSystem, Symmetry, Transition
+from amble.hybrid.system import Domain, HybridSystem, Invariant, Symmetry, Transition
 
 __all__ = [
     "ConstrainedDynamics",
     "Domain",
     "GaitPattern",
     "HybridSystem",
+    "Invariant",
     "Stance",
     "Switch",
     "Symmetry",
