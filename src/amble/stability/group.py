@@ -14,7 +14,8 @@ import numpy as np
 
 from amble.errors import InputError, WorkError
 from amble.hybrid import Domain, HybridSystem
-from amble.hybrid.system import FIELD_ARGUMENTS, numeric
+from amble.hybrid.expressions import FIELD_ARGUMENTS
+from amble.hybrid.system import numeric
 from amble.simulation.flow import TOO_LONG, FlowDefinition, prepare_flow
 from amble.stability.monodromy import augmented
 from amble.types import Matrix, Vector, frozen
