@@ -21,12 +21,14 @@ def simulate(
     samples: int = 21,
     time_limit: float = 10.0,
     progress: Progress | None = None,
+    max_step: float | None = None,
 ) -> Trace:
     """Simulate a hybrid system from the entry of its first domain.
 
     A cycle is complete when the first domain is entered again. A motion that falls (the margin
-    ``Domain.admissibility`` is not positive), that reaches no guard within ``time_limit``, or that cannot go on (a rate
-    that is not a number) ends the trace early: then ``Trace.ended`` says why, and no error is raised.
+    ``Domain.admissibility`` is not positive), that reaches no guard within ``time_limit``, whose events accumulate
+    (Zeno), or that cannot go on (a rate that is not a number) ends the trace early: then ``Trace.ended`` says why, and
+    no error is raised.
 
     Args:
         system: the system.
@@ -36,12 +38,15 @@ def simulate(
         samples: recorded samples a domain, evenly spaced in time from its entry to its end, at least 2.
         time_limit: the longest that one domain may last, s.
         progress: called after every cycle.
+        max_step: the longest time between two looks at the guards, s; a thousandth of ``time_limit`` by default. No
+            excursion of a guard that lasts longer is missed; of a guard that is smooth on the scale of the looks
+            shorter ones are found too, and with ``Transition.slope_bound`` all.
 
     Raises:
         InputError: for a start of another size or that is not finite, and for numbers outside their range.
     """
     began = time.perf_counter()
-    solution = walk(system, start, cycles, tolerance, samples, time_limit, progress)
+    solution = walk(system, start, cycles, tolerance, samples, time_limit, progress, max_step)
     lengths = [part.arc.clock.size for part in solution.arcs]
     clock = np.concatenate([part.arc.clock for part in solution.arcs])
     state = np.concatenate([part.arc.state for part in solution.arcs])

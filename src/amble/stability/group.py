@@ -71,7 +71,7 @@ def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
     field = ca.Function("symmetry", [clock, both, parameters], [rate], FIELD_ARGUMENTS, ["rate"])
     flow = prepare_flow(FlowDefinition(augmented(Domain(name="symmetry", field=field)), frozen([])))
     start = np.concatenate([state, amounts, np.eye(size + count).reshape(-1)])
-    passed = flow(start, TOLERANCE, 1.0, 2)
+    passed = flow(start, TOLERANCE, 1.0, 2, 1.0)
     if passed.ended != TOO_LONG:
         raise WorkError(f"the motion along the symmetries {passed.ended}")
     image, carried = np.split(passed.state[-1], [size + count])
