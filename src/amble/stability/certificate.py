@@ -10,8 +10,8 @@ nothing here encloses roundoff, the integrator's error or the motion itself as i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import isfinite
 
 import numpy as np
@@ -47,11 +47,12 @@ class Certificate:
         state: the fixed point at the entry of the first domain, (n_x,).
         state_names: names of the states.
         residual: largest |P(x) - g x|.
-        period: duration of a cycle, s.
+        period: duration of the orbit, s.
         shift: how far a cycle moves along each symmetry, by name.
         spectrum: multipliers modulo the symmetries, and the symmetries as measured, at the tightest tolerance.
         error: error bar of the spectral radius, an estimate.
-        disagreement: distance of the two matrices A, relative to the first (2-norm).
+        disagreement: distance of the two matrices A (2-norm), relative to the first where that is above 1: against 1 is
+            a return map judged, and of a superstable orbit it is nearly 0.
         sweep: (tolerance of the integrator, spectral radius).
         differences: the second opinion: its step and its own sweep.
         bound: W > 0 and r < 1 with r^2 W - A^T W A > 0, verified, in the basis of the spectrum; None where the radius
@@ -59,6 +60,9 @@ class Certificate:
         mode: the decay of the leading mode in a simulation; None where the radius is not below 1, or so small that no
             cycle shows it.
         conditions: what else was checked on the orbit.
+        cycles: of the orbit.
+        invariants: values of the conserved quantities, by name; the orbit is stable among motions with these values,
+            and nothing is said of others.
     """
 
     state: Vector
@@ -74,6 +78,8 @@ class Certificate:
     bound: QuadraticBound | None
     mode: LeadingMode | None
     conditions: tuple[Row, ...] = ()
+    cycles: int = 1
+    invariants: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def radius(self) -> float:
@@ -86,6 +92,10 @@ class Certificate:
             Row(f"defect of symmetry '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
             for neutral in self.spectrum.neutral
         ]
+        losses = [
+            Row(f"defect of invariant '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
+            for neutral in self.spectrum.conserved
+        ]
         contraction = [] if self.mode is None else [_contraction(self.mode)]
         bound = () if self.bound is None else self.bound.rows()
         return (
@@ -93,6 +103,7 @@ class Certificate:
             Row("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
             Row("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
             *defects,
+            *losses,
             *contraction,
             *bound,
             *self.conditions,
@@ -113,6 +124,11 @@ class Certificate:
                 }
                 for neutral in self.spectrum.neutral
             ],
+            "invariants": [
+                {"name": neutral.name, "value": self.invariants[neutral.name], "defect": neutral.residual}
+                for neutral in self.spectrum.conserved
+            ],
+            "cycles": self.cycles,
             "contraction": None
             if self.mode is None
             else {"measured": self.mode.rate, "predicted": self.mode.predicted, "cycles": self.mode.cycles},
@@ -138,15 +154,20 @@ def assess(
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Certificate:
-    """Compute everything that a certificate holds, without judging it; see ``certify``."""
+    """Compute everything that a certificate holds, without judging it: what ``certify`` refuses can be looked at.
+
+    Arguments and errors are those of ``certify``, but for CertificateError.
+    """
     tell = progress or (lambda _: None)
     entry = np.array(state, dtype=np.float64).reshape(-1)
     variational = prepare_variational(system)
     swept = []
     for tolerance in sorted(set(tolerances), reverse=True):
         tell(f"variational equations, tolerance {tolerance:g}")
-        there = variational(entry, tolerance, time_limit)
+        there = variational(entry, tolerance, time_limit, cycles, max_step)
         swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
     _, there, best = swept[-1]
     differences = difference_check(
@@ -154,6 +175,8 @@ def assess(
         entry,
         time_limit=time_limit,
         progress=lambda step, done, of: tell(f"differences, step {step:g}, state {done} of {of}"),
+        cycles=cycles,
+        max_step=max_step,
     )
     second = spectrum(system, entry, there.image, differences.matrix)
     previous = swept[max(len(swept) - 2, 0)][2]
@@ -169,11 +192,13 @@ def assess(
         shift=dict(zip(names, map(float, shift.amounts), strict=True)),
         spectrum=best,
         error=largest_radius(best.matrix, doubts) - best.radius,
-        disagreement=float(np.linalg.norm(doubts[0], 2) / np.linalg.norm(best.matrix, 2)),
+        disagreement=float(np.linalg.norm(doubts[0], 2)) / max(float(np.linalg.norm(best.matrix, 2)), 1.0),
         sweep=tuple((tolerance, candidate.radius) for tolerance, _, candidate in swept),
         differences=differences,
         bound=quadratic_bound(best.matrix) if stable else None,
-        mode=leading_mode(system, entry, best) if stable else None,
+        mode=leading_mode(system, entry, best, cycles, time_limit, max_step) if stable else None,
+        cycles=cycles,
+        invariants={item.name: float(item.function(entry)) for item in system.invariants},
     )
 
 
@@ -184,6 +209,8 @@ def certify(
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Certificate:
     """Certify, to the accuracy of the numerics, that the orbit through a fixed point is exponentially stable.
 
@@ -194,14 +221,18 @@ def certify(
         tolerances: of the integrator; the last, tightest one counts, the sweep goes into the error bar.
         time_limit: the longest that one domain may last, s.
         progress: called with what is being computed, in words.
+        cycles: of the orbit; of an orbit that closes after several cycles the map is that of all of them.
+        max_step: the longest time between two looks at the guards, s (``simulate``).
 
     Raises:
         CertificateError: where the radius plus its error bar is not below 1, the two Jacobians disagree, the state is
             not a fixed point, a symmetry does not hold, a simulation contracts otherwise than the leading multiplier
             says, or a condition is violated; the message lists the rows.
         FallError: where the motion does not come back.
+        InputError: where a dead time is missing (``Transition.dead_time``).
     """
-    certificate = replace(assess(system, state, tolerances, time_limit, progress), conditions=tuple(conditions))
+    certificate = assess(system, state, tolerances, time_limit, progress, cycles, max_step)
+    certificate = replace(certificate, conditions=tuple(conditions))
     rows = certificate.rows()
     if any(row.violation > 0 for row in rows):
         raise CertificateError(rows)

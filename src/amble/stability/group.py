@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from amble.errors import InputError, WorkError
-from amble.hybrid import Domain, HybridSystem
+from amble.hybrid import Domain, HybridSystem, Invariant
 from amble.hybrid.expressions import FIELD_ARGUMENTS
 from amble.hybrid.system import numeric
 from amble.simulation.flow import TOO_LONG, FlowDefinition, prepare_flow
@@ -56,6 +56,29 @@ def generators(system: HybridSystem, state: Vector) -> Matrix:
     if np.linalg.matrix_rank(matrix) < len(columns):
         raise InputError(f"the symmetries {', '.join(s.name for s in system.symmetries)} are dependent at this state")
     return matrix
+
+
+def gradients(system: HybridSystem, state: Vector) -> Matrix:
+    """Return the gradients of the invariants at a state as columns, (n_x, n_invariants).
+
+    Raises:
+        InputError: where an invariant cannot be differentiated, or they are dependent there (at rest, at an extreme).
+    """
+    columns = [_gradient(invariant, state) for invariant in system.invariants]
+    matrix = np.array(columns).reshape(len(columns), system.state_size).T
+    if np.linalg.matrix_rank(matrix) < len(columns):
+        raise InputError(f"the invariants {', '.join(i.name for i in system.invariants)} are dependent at this state")
+    return matrix
+
+
+def _gradient(invariant: Invariant, state: Vector) -> Vector:
+    called = invariant.function
+    names, result = called.name_in(), called.name_out()[0]
+    try:
+        slope = called.factory(f"{called.name()}_slope", names, [f"jac:{result}:{names[0]}"])
+    except RuntimeError as error:
+        raise InputError(f"invariant '{invariant.name}' has no derivatives") from error
+    return numeric(slope(state))
 
 
 def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
