@@ -17,7 +17,10 @@ MOST_EVENTS = 10000
 TOO_MANY = f"has not entered the first domain again after {MOST_EVENTS} events"
 ZENO = "has events that accumulate (Zeno): they follow each other faster than their clock can be told"
 
-FEWEST_STAYS = 5
+FEWEST_STAYS, MOST_STAYS = 5, 200
+SHRINKING, SHRUNK = 0.9999, 0.6
+"""Each stay is this share of the one before at most, and the last this share of the first of them."""
+
 ACCUMULATED = 100.0 * RESOLUTION
 """A stay in a domain so short that its end is no longer located well, s."""
 
@@ -28,7 +31,8 @@ SHORTLY = 1e-6
 def endless(stays: Sequence[float], passed: int) -> str:
     """Say why a motion with ever more events is not followed farther; empty where it is.
 
-    Events accumulate where each of the last stays in a domain is shorter than the one before and the last is nothing.
+    Events accumulate where the last stays in a domain shrink, each against the one before, and the last is nothing. Of
+    stays that are short and come to a limit above 0 the ratio goes to 1.
 
     Args:
         stays: durations of the stays in the present domain so far, in order, s.
@@ -36,10 +40,11 @@ def endless(stays: Sequence[float], passed: int) -> str:
     """
     if passed >= MOST_EVENTS:
         return TOO_MANY
-    latest = np.array(stays[-FEWEST_STAYS:])
-    if latest.size == FEWEST_STAYS and latest[-1] < ACCUMULATED and np.all(np.diff(latest) < 0):
-        return ZENO
-    return ""
+    latest = np.array(stays[-MOST_STAYS:])
+    if latest.size < FEWEST_STAYS or latest[-1] >= ACCUMULATED:
+        return ""
+    shrinks = np.all(latest[1:] <= SHRINKING * latest[:-1]) and latest[-1] <= SHRUNK * latest[0]
+    return ZENO if shrinks else ""
 
 
 def explained(here: PreparedDomain, flow: Flow, entry: Vector, arc: Arc, place: str, time_limit: float) -> str:

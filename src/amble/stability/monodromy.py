@@ -42,6 +42,10 @@ GRAZING = 1e-9
 """A guard whose rate along the field is smaller than this share of its gradient times the field's length grazes."""
 
 
+TOUCH = 1e-7
+"""A guard whose slope at the event is this share of its mean slope from the entry touches zero: where it only touches,
+its zero is located to the root of roundoff, and its slope there is of that size."""
+
 TOGETHER = 1e-7
 """Two guards that are reached within this share of the stay in their domain are reached at once."""
 
@@ -134,7 +138,8 @@ class Variational:
         _require_one_guard(here, arc.fired, clock, before)
         transported = arc.state[-1, size:].reshape(size, size, order="F")
         leaving = here.leaving[arc.fired]
-        factor = event_factor(here.domain, leaving, clock, before) @ transported
+        passed = float(leaving.guard(0.0, entry, here.domain.parameters))
+        factor = event_factor(here.domain, leaving, clock, before, passed) @ transported
         return _DifferentiatedArc(factor, here.reset(arc.fired, clock, before), clock, leaving)
 
 
@@ -231,13 +236,25 @@ def _require_one_guard(here: PreparedDomain, fired: int, clock: float, state: Ve
             )
 
 
-def event_factor(domain: Domain, leaving: Transition, clock: float, state: Vector) -> Matrix:
-    """Return what stands left of Phi in equation (1), for the state just before the event, (n_x, n_x)."""
+def event_factor(domain: Domain, leaving: Transition, clock: float, state: Vector, passed: float = 0.0) -> Matrix:
+    """Return what stands left of Phi in equation (1), for the state just before the event, (n_x, n_x).
+
+    Args:
+        domain: that is left.
+        leaving: by which transition.
+        clock: of the event, s.
+        state: just before it, (n_x,).
+        passed: value of the guard at the entry, from where it came to zero; 0 where that is not known.
+
+    Raises:
+        WorkError: where the guard has no slope at the event.
+    """
     where = (clock, state, domain.parameters)
     guard_x, guard_t = slopes(leaving.guard, f"the guard of '{leaving.name}'", *where)
     reset_x, reset_t = slopes(leaving.reset, f"the reset of '{leaving.name}'", *where)
     rate = np.asarray(domain.field(*where).full()).reshape(-1)
     crossing = float((guard_x @ rate + guard_t).item())
-    if abs(crossing) < GRAZING * (np.linalg.norm(guard_x) * np.linalg.norm(rate) + abs(guard_t.item())):
+    steepest = np.linalg.norm(guard_x) * np.linalg.norm(rate) + abs(guard_t.item())
+    if abs(crossing) < GRAZING * steepest or abs(crossing) * clock < TOUCH * abs(passed):
         raise WorkError(f"the orbit only grazes the guard of '{leaving.name}', so its Poincare map has no derivative")
     return reset_x - np.outer(reset_x @ rate + reset_t, guard_x) / crossing
