@@ -43,6 +43,7 @@ _HOME = {
     "HybridSystem": "amble.hybrid",
     "InputError": "amble.errors",
     "LawChoice": "amble.analysis",
+    "Invariant": "amble.hybrid",
     "Limits": "amble.gait",
     "MinimumPeak": "amble.control.allocation",
     "MinimumPower": "amble.control.allocation",

@@ -48,6 +48,7 @@ from amble.hybrid import GaitPattern as GaitPattern
 from amble.hybrid import Ground as Ground
 from amble.hybrid import HeightField as HeightField
 from amble.hybrid import HybridSystem as HybridSystem
+from amble.hybrid import Invariant as Invariant
 from amble.hybrid import Plane as Plane
 from amble.hybrid import PointContact as PointContact
 from amble.hybrid import Stance as Stance
@@ -135,6 +136,7 @@ __all__ = [
     "HeightField",
     "HybridSystem",
     "InputError",
+    "Invariant",
     "LawChoice",
     "Limits",
     "MinimumPeak",

@@ -24,6 +24,9 @@ def prepare_flow(definition: FlowDefinition) -> Flow:
 
 def event_functions(domain: Domain, leaving: tuple[Transition, ...]) -> tuple[EventFunction, ...]:
     """List the guards in the order of the transitions, then the margin of the domain where it has one."""
-    guards = [EventFunction(transition.guard, transition.direction, transition.dead_time) for transition in leaving]
+    guards = [
+        EventFunction(transition.guard, transition.direction, transition.dead_time, transition.slope_bound)
+        for transition in leaving
+    ]
     margin = [] if domain.admissibility is None else [EventFunction(domain.admissibility, -1, 0.0)]
     return (*guards, *margin)

@@ -10,8 +10,8 @@ nothing here encloses roundoff, the integrator's error or the motion itself as i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import isfinite
 
 import numpy as np
@@ -45,11 +45,12 @@ class Certificate:
         state: the fixed point at the entry of the first domain, (n_x,).
         state_names: names of the states.
         residual: largest |P(x) - g x|.
-        period: duration of a cycle, s.
+        period: duration of the orbit, s.
         shift: how far a cycle moves along each symmetry, by name.
         spectrum: multipliers modulo the symmetries, and the symmetries as measured, at the tightest tolerance.
         error: error bar of the spectral radius, an estimate.
-        disagreement: distance of the two matrices A, relative to the first (2-norm).
+        disagreement: distance of the two matrices A (2-norm), relative to the first where that is above 1: against 1 is
+            a return map judged, and of a superstable orbit it is nearly 0.
         sweep: (tolerance of the integrator, spectral radius).
         differences: the second opinion: its step and its own sweep.
         bound: W > 0 and r < 1 with r^2 W - A^T W A > 0, verified, in the basis of the spectrum; None where the radius
@@ -57,6 +58,9 @@ class Certificate:
         mode: the decay of the leading mode in a simulation; None where the radius is not below 1, or so small that no
             cycle shows it.
         conditions: what else was checked on the orbit.
+        cycles: of the orbit.
+        invariants: values of the conserved quantities, by name; the orbit is stable among motions with these values,
+            and nothing is said of others.
     """
 
     state: Vector
@@ -72,6 +76,8 @@ class Certificate:
     bound: QuadraticBound | None
     mode: LeadingMode | None
     conditions: tuple[Residual, ...] = ()
+    cycles: int = 1
+    invariants: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def radius(self) -> float:
@@ -84,6 +90,10 @@ class Certificate:
             Residual(f"defect of symmetry '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
             for neutral in self.spectrum.neutral
         ]
+        losses = [
+            Residual(f"defect of invariant '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
+            for neutral in self.spectrum.conserved
+        ]
         contraction = [] if self.mode is None else [_contraction(self.mode)]
         bound = () if self.bound is None else self.bound.rows()
         return (
@@ -93,6 +103,7 @@ class Certificate:
             Residual("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
             Residual("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
             *defects,
+            *losses,
             *contraction,
             *bound,
             *self.conditions,
@@ -113,6 +124,11 @@ class Certificate:
                 }
                 for neutral in self.spectrum.neutral
             ],
+            "invariants": [
+                {"name": neutral.name, "value": self.invariants[neutral.name], "defect": neutral.residual}
+                for neutral in self.spectrum.conserved
+            ],
+            "cycles": self.cycles,
             "contraction": None
             if self.mode is None
             else {"measured": self.mode.rate, "predicted": self.mode.predicted, "cycles": self.mode.cycles},
@@ -138,18 +154,25 @@ def assess(
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Certificate:
-    """Compute everything that a certificate holds, without judging it; see ``certify``."""
+    """Compute everything that a certificate holds, without judging it: what ``certify`` refuses can be looked at.
+
+    Arguments and errors are those of ``certify``, but for CertificateError.
+    """
     tell = progress or silent
     entry = np.array(state, dtype=np.float64).reshape(-1)
     variational = prepare_variational(system)
     swept = []
     for tolerance in sorted(set(tolerances), reverse=True):
         tell(ProgressReport(what=f"variational equations, tolerance {tolerance:g}"))
-        there = variational(entry, tolerance, time_limit)
+        there = variational(entry, tolerance, time_limit, cycles, max_step)
         swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
     _, there, best = swept[-1]
-    differences = difference_check(system, entry, time_limit=time_limit, progress=tell)
+    differences = difference_check(
+        system, entry, time_limit=time_limit, progress=tell, cycles=cycles, max_step=max_step
+    )
     second = spectrum(system, entry, there.image, differences.matrix)
     previous = swept[max(len(swept) - 2, 0)][2]
     doubts = (best.matrix - second.matrix, best.matrix - previous.matrix)
@@ -164,11 +187,13 @@ def assess(
         shift=dict(zip(names, map(float, shift.amounts), strict=True)),
         spectrum=best,
         error=largest_radius(best.matrix, doubts) - best.radius,
-        disagreement=float(np.linalg.norm(doubts[0], 2) / np.linalg.norm(best.matrix, 2)),
+        disagreement=float(np.linalg.norm(doubts[0], 2)) / max(float(np.linalg.norm(best.matrix, 2)), 1.0),
         sweep=tuple((tolerance, candidate.radius) for tolerance, _, candidate in swept),
         differences=differences,
         bound=quadratic_bound(best.matrix) if stable else None,
-        mode=leading_mode(system, entry, best) if stable else None,
+        mode=leading_mode(system, entry, best, cycles, time_limit, max_step) if stable else None,
+        cycles=cycles,
+        invariants={item.name: float(item.function(entry)) for item in system.invariants},
     )
 
 

@@ -58,11 +58,21 @@ def quadratic_bound(matrix: Matrix) -> QuadraticBound:
     Args:
         matrix: A, with spectral radius below 1.
     """
-    from scipy.linalg import matrix_balance
-
     if not matrix.any():
         return verified_bound(matrix, 0.5, np.eye(len(matrix)))  # any rate will do
-    balanced, (scales, _) = matrix_balance(matrix, permute=False, separate=True)
+    found = _balanced_bound(matrix, matrix)
+    if min(found.definite, found.decrease) > 0.0:
+        return found
+    # a row of roundoff alone is balanced by a scale without measure
+    return _balanced_bound(matrix, np.where(np.abs(matrix) > ROUNDING * np.abs(matrix).max(), matrix, 0.0))
+
+
+def _balanced_bound(matrix: Matrix, shape: Matrix) -> QuadraticBound:
+    """Find the bound of a matrix in coordinates that balance another one."""
+    from scipy.linalg import matrix_balance
+
+    _, (scales, _) = matrix_balance(shape, permute=False, separate=True)
+    balanced = matrix * scales / scales[:, None]
     trace = max(TRACE, 2.0 * float(np.trace(accumulated(balanced))))  # at s = 1 the trace is below it, so r < 1
     found = smoothed_radius(balanced, trace)
     return verified_bound(matrix, found.value, found.metric / np.outer(scales, scales))
