@@ -26,6 +26,7 @@ from amble.robot import catalogue
 from amble.simulation import simulate
 from amble.synthesis import GaitProblem, default_limits, gait_problem, synthesize
 from amble.synthesis.program import build_program
+from amble.synthesis.rows import RowKind
 from amble.verification.check import check
 from amble.verification.stance_model import terms
 
@@ -107,7 +108,14 @@ def test_lift_off_on_a_slope_is_a_row_where_it_is_a_bound_on_the_level() -> None
     assert {name for name in extra if "lift-off" in name} == {
         f"D{2 * k + 1}->D{2 * k + 2} lift-off force {foot} (10 N)" for k, foot in enumerate(feet)
     }
-    assert all("lift-off force" in name or "normal force" in name or "base above the ground" in name for name in extra)
+    words = {
+        "lift-off force": RowKind.LIFT_OFF,
+        "normal force": RowKind.NORMAL_FORCE,
+        "base above the ground": RowKind.BASE_HEIGHT,
+    }
+    rows = programs[1].program
+    kinds = dict(zip(rows.row_names, rows.row_kinds, strict=True))
+    assert all([kinds[name]] == [kind for word, kind in words.items() if word in name] for name in extra)
     fixed = [np.count_nonzero(program.lower == program.upper) for program in programs]
     assert fixed[0] - fixed[1] == 4  # the normal forces at the four lift-offs
 
