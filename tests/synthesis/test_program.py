@@ -143,7 +143,7 @@ def _end_of_first_domain(program: GaitProgram, gait: Gait) -> Vector:
     """(q, v) at the end of D1 where its entry, duration and curves are the gait's and its equality rows hold."""
     layout, nlp = program.layout, program.program
     domain = layout.domains[0]
-    x = from_gait(gait, layout) / layout.scale
+    x = from_gait(program.problem, gait, layout) / layout.scale
     kinds = [domain.q[1:], domain.v[1:], domain.a, domain.u, domain.force]
     unknowns = np.concatenate([places.ravel() for places in kinds])
     names = np.array(nlp.row_names)

@@ -131,6 +131,8 @@ def variable_names(program: GaitProgram) -> tuple[str, ...]:
                 for place, text in zip(places, texts, strict=True):
                     names[place] = f"{domain.place(node)} {text}"
         names[int(domain.duration[0])] = f"{domain.stance.name} duration"
+        for place, known in zip(domain.phase_numbers, program.problem.outputs.phase.numbers, strict=True):
+            names[int(place)] = f"{domain.stance.name} phase {known.name}"
         for kind in ("coefficients", "impulse"):
             for number, place in enumerate(getattr(domain, kind)):
                 names[place] = f"{domain.stance.name} {kind} {number}"
