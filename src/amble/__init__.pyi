@@ -9,7 +9,10 @@ from amble.analysis import compare_laws as compare_laws
 from amble.analysis import contact_report as contact_report
 from amble.analysis import every_law as every_law
 from amble.analysis import monitors as monitors
+from amble.control import PHASES as PHASES
 from amble.control import Outputs as Outputs
+from amble.control import Phase as Phase
+from amble.control import TimePhase as TimePhase
 from amble.control.actuator import DATASHEET as DATASHEET
 from amble.control.actuator import PAPER as PAPER
 from amble.control.actuator import Actuator as Actuator
@@ -110,6 +113,7 @@ __all__ = [
     "FLAT",
     "GROUNDS",
     "PAPER",
+    "PHASES",
     "Actuator",
     "AllocationLaw",
     "AmbleError",
@@ -146,6 +150,7 @@ __all__ = [
     "NotStabilizedError",
     "Outcome",
     "Outputs",
+    "Phase",
     "Plane",
     "PointContact",
     "Posture",
@@ -160,6 +165,7 @@ __all__ = [
     "Stance",
     "Symmetry",
     "Table",
+    "TimePhase",
     "Trace",
     "Transition",
     "UnknownNameError",

@@ -31,7 +31,7 @@ def stance(request: pytest.FixtureRequest) -> Stance:
 
 def run(stance: Stance, law: str, sample: Sample, chosen: Matrix) -> tuple[Vector, ...]:
     """Acceleration, torques, forces, pivots, null torques."""
-    return tuple(np.asarray(part).squeeze() for part in loop(stance.feet, law)(*sample.arguments(chosen)))
+    return tuple(np.asarray(part).ravel() for part in loop(stance.feet, law)(*sample.arguments(chosen)))
 
 
 def commanded(sample: Sample) -> Vector:

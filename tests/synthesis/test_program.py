@@ -195,7 +195,7 @@ def _end_of_first_domain(program: GaitProgram, gait: Gait) -> Vector:
     """(q, v) at the end of D1 where its entry, duration and curves are the gait's and its equality rows hold."""
     layout, nlp, split = program.layout, program.program, Split.of(program)
     domain = layout.domains[0]
-    x = from_gait(gait, layout) / layout.scale
+    x = from_gait(program.problem, gait, layout) / layout.scale
     for _ in range(12):
         values, slopes = nlp.linearised(x, program.parameters)
         if np.abs(values[split.inner_rows]).max() < 1e-10:

@@ -82,7 +82,7 @@ def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
 
 def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: GaitProgram) -> None:
     layout = small_program.layout
-    natural = from_gait(coarse_gait, layout)
+    natural = from_gait(small_program.problem, coarse_gait, layout)
     solution = Solution(natural / layout.scale, None, coarse_gait.solver, ())
     again = to_gait(small_program.problem, layout, solution)
     for ours, theirs in zip(again.domains, coarse_gait.domains, strict=True):

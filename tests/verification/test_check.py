@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from amble.control import DropActuator
+from amble.control.phase import DomainPhase
 from amble.errors import InputError, WorkError
 from amble.gait import DomainTrajectory, Gait
 from amble.synthesis import GaitProblem, refine
@@ -182,7 +183,14 @@ def test_integration_is_accurate_where_the_answer_is_known(walking_gait: Gait) -
     names = walking_gait.outputs.of(domain.name).coordinates
     columns = [walking_gait.robot.coordinate_index(name) for name in names]
     weights = np.eye(walking_gait.robot.size)[columns][:, 3:]
-    loop = OutputDynamics(weights, weights.T @ domain.coefficients, domain.duration, walking_gait.gains)
+    loop = OutputDynamics(
+        weights=weights,
+        references=weights.T @ domain.coefficients,
+        duration=domain.duration,
+        gains=walking_gait.gains,
+        domain=DomainPhase(phase=walking_gait.outputs.phase, robot=walking_gait.robot, stance=stance),
+        phase_numbers=domain.phase_numbers,
+    )
     times = np.linspace(0.0, domain.duration, 5)
     q, v = integrate(walking_gait.pattern.contacts(stance), loop, domain.positions[0], domain.velocities[0], times)
     value, rate = loop.errors(times, q, v)

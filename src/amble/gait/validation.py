@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from amble.control.outputs import LARGEST_ORDER, actuated_freedoms, controllable
+from amble.control.phase import DomainPhase
 from amble.errors import InputError, UnknownNameError
+from amble.types import frozen
 
 if TYPE_CHECKING:
     from amble.gait.record import DomainTrajectory, Feedback, Gait
@@ -70,10 +72,13 @@ def check_gait(gait: Gait) -> None:
     _same("outputs", [entry.domain for entry in gait.outputs.domains], solved)
     _same("motion", [domain.name for domain in gait.domains], solved)
     _check_outputs(gait)
-    for number in range(len(solved)):
+    for number, domain in enumerate(gait.domains):
         _check_shapes(gait, number)
+        _check_phase(gait, number, domain.phase_numbers)
     if gait.feedback is not None:
         _check_feedback_shapes(gait, gait.feedback)
+        for number, name in enumerate(solved):
+            _check_phase(gait, number, gait.feedback.phase_numbers.get(name, frozen([])))
 
 
 def check_duration(what: str, duration: float) -> None:
@@ -121,6 +126,23 @@ def _check_shapes(gait: Gait, number: int) -> None:
         raise InputError(f"nothing moves in the motion of domain '{domain.name}'")
     if stance.feet and not np.any(domain.forces[:, 2::3] > 0.0):
         raise InputError(f"no foot pushes on the ground in the motion of domain '{domain.name}'")
+
+
+def _check_phase(gait: Gait, number: int, numbers: Vector) -> None:
+    """The numbers of the phase in one domain: as many as it needs, and such that it has a value and a rate."""
+    phase, stance = gait.outputs.phase, gait.pattern.solved[number]
+    if numbers.shape != (len(phase.numbers),):
+        raise InputError(
+            f"domain '{stance.name}' has {numbers.size} numbers for phase '{phase.name}', not {len(phase.numbers)}"
+        )
+    if not phase.numbers:
+        return
+    _finite(f"domain '{stance.name}'", f"numbers of phase '{phase.name}'", numbers)
+    domain, motion = DomainPhase(phase=phase, robot=gait.robot, stance=stance), gait.domains[number]
+    found = domain.sampled(motion.times, motion.duration, motion.positions, motion.velocities, numbers)
+    if not np.all(np.isfinite(found)):
+        given = ", ".join(f"{known.name} = {value:g}" for known, value in zip(phase.numbers, numbers, strict=True))
+        raise InputError(f"phase '{phase.name}' of domain '{stance.name}' is not finite with {given}")
 
 
 def _check_feedback_shapes(gait: Gait, feedback: Feedback) -> None:

@@ -129,6 +129,28 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     )
 
 
+def phase_block(problem: GaitProblem, domain: DomainLayout) -> Block:
+    """The numbers of the phase are those of the motion's ends."""
+    size, numbers = problem.pattern.robot.size, problem.outputs.phase.numbers
+    first, last, values = ca.SX.sym("first", size), ca.SX.sym("last", size), ca.SX.sym("numbers", len(numbers))
+    measured = problem.outputs.phase.measured(problem.pattern.robot, domain.stance, first, last)
+    zeros = np.zeros((1, len(numbers)))
+    return Block(
+        name=f"phase_{identifier(domain.stance.name)}",
+        variables=ca.vertcat(first, last, values),
+        constants=ca.SX(0, 1),
+        parameters=ProgramParameters.symbols().packed(),
+        rows=values - measured,
+        cost=NO_COST,
+        labels=tuple(RowKind.PHASE.labels(*(number.name for number in numbers))),
+        columns=np.concatenate([domain.q[0], domain.q[-1], domain.phase_numbers])[None, :],
+        values=np.zeros((1, 0)),
+        places=(f"{domain.stance.name} phase",),
+        lower=zeros,
+        upper=zeros,
+    )
+
+
 def period_block(layout: Layout) -> Block:
     """The period is the sum of the durations."""
     durations, period = ca.SX.sym("durations", len(layout.domains)), ca.SX.sym("period")

@@ -18,6 +18,9 @@ SMALLEST = 1e-7
 COARSE = 4
 """Intervals of the mesh that is coarse enough."""
 
+STEPS = (0.05, 0.005, 0.0005)
+"""Largest steps off the start, in scaled variables."""
+
 SHIFT = 1e-12
 """Regularisation of the normal equations, far below SMALLEST squared."""
 
@@ -63,7 +66,7 @@ def on_coarse_mesh(program: GaitProgram, natural: NDArray[np.float64]) -> tuple[
     for here, there in zip(program.layout.domains, coarse.layout.domains, strict=True):
         for kind in ("q", "v", "a", "u", "force"):
             thin[getattr(there, kind)] = resampled(natural[getattr(here, kind)], here.phases, there.phases)
-        for kind in ("duration", "coefficients", "impulse"):
+        for kind in ("duration", "coefficients", "phase_numbers", "impulse"):
             thin[getattr(there, kind)] = natural[getattr(here, kind)]
     thin[coarse.layout.period] = natural[program.layout.period]
     return coarse, thin / coarse.layout.scale
@@ -73,16 +76,19 @@ def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> f
     """Return the smallest singular value; raise where equality rows depend on each other.
 
     The point is moved off the given variables by a small fixed random step: a standing robot is a special pose at
-    which rows may be dependent that are not so anywhere near.
+    which rows may be dependent that are not so anywhere near. Where rows look dependent after the step, shorter ones
+    are tried: rows that depend on each other do so everywhere, but a step may also lead far outside the range of a
+    phase of the configuration.
 
     Raises:
         NotSolvedError: names the rows that depend on each other.
     """
-    step = np.random.default_rng(1).uniform(-0.05, 0.05, variables.size)
+    direction = np.random.default_rng(1).uniform(-1.0, 1.0, variables.size)
     inside = np.clip(variables, program.lower, program.upper)  # as the solver's start; far outside all rows look alike
-    value, vector = smallest_singular_value(program, inside + step)
-    if value >= SMALLEST:
-        return value
+    for step in STEPS:
+        value, vector = smallest_singular_value(program, inside + step * direction)
+        if value >= SMALLEST:
+            return value
     nlp = program.program
     names = np.array(nlp.row_names)[nlp.equalities]
     worst = np.argsort(-np.abs(vector))[:8]

@@ -55,7 +55,7 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2, progress: Progress
         raise InputError(f"a mesh refined {factor} times is not finer; at least 2 is needed")
     intervals = (gait.domains[0].times.size - 1) // 2
     program = build_program(replace(problem, intervals=factor * intervals))
-    x = from_gait(gait, program.layout) / program.layout.scale
+    x = from_gait(program.problem, gait, program.layout) / program.layout.scale
     split, tell = Split.of(program), progress or silent
     for number in range(MOST_STEPS):
         step, worst = _step(program, split, x)

@@ -20,6 +20,8 @@ class RowKind(StrEnum):
     HEIGHT = "height"
     NORMAL_FORCE = "normal force"
     BASE_HEIGHT = "base height"
+    PHASE_RATE = "phase rate"
+    PHASE = "phase"
     DEFECT = "defect"
     CONTINUITY = "continuity"
     IMPACT = "impact"

@@ -190,6 +190,8 @@ def variable_names(program: GaitProgram) -> tuple[str, ...]:
                 for place, text in zip(places, texts, strict=True):
                     names[place] = f"{domain.place(node)} {text}"
         names[int(domain.duration[0])] = f"{domain.stance.name} duration"
+        for place, known in zip(domain.phase_numbers, program.problem.outputs.phase.numbers, strict=True):
+            names[int(place)] = f"{domain.stance.name} phase {known.name}"
         controlled = program.problem.outputs.of(domain.stance.name).coordinates
         order = program.problem.outputs.order
         curves = [f"coefficient {name} {number}" for number in range(order + 1) for name in controlled]

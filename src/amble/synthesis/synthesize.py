@@ -51,7 +51,7 @@ def synthesize(
     """
     program = build_program(problem)
     layout = program.layout
-    natural = initial_guess(problem, layout) if start is None else from_gait(start, layout)
+    natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
     require_full_rank(*on_coarse_mesh(program, natural))
     multipliers = None if start is None else _fitting(start.multipliers, program)
     begin = Start(natural / layout.scale, multipliers)

@@ -19,7 +19,7 @@ from amble.control import (
 )
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints, pack
-from amble.hybrid import Contacts
+from amble.hybrid import Contacts, Stance
 from amble.hybrid.internal_forces import point_forces
 from tests import robots
 from tests.control.allocation.stances import NAMES, allocate, dynamics, random_postures, samples, stance_feet
@@ -91,10 +91,11 @@ def test_all_laws_cause_the_same_acceleration(name: str) -> None:
     q, v, t = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size), ca.SX.sym("t")
     constraints = VirtualConstraints.symbols(11, robot.size - 3, 4)
     symbols = [q, v, t, constraints.packed()]
+    phase = constraints.phase_rates(robot, Stance("S", feet), t, q, v)
     standing = [joint for foot in feet for joint in robot.legs[foot]]
     functions = []
     for law in (*laws(name), DropActuator((standing[1],))):
-        loop = linearise(Contacts(robot, feet), law, q, v, t, constraints)
+        loop = linearise(Contacts(robot, feet), law, q, v, phase, constraints)
         functions.append(ca.Function("loop", symbols, [loop.acceleration, loop.torques, loop.forces]))
     generator = np.random.default_rng(3)
     weights = np.hstack([np.zeros((11, 3)), np.delete(np.eye(12), robot.joint_index(standing[1]), axis=0)])
