@@ -50,7 +50,7 @@ def test_every_variable_has_one_place_and_one_name(small_program: GaitProgram) -
 def test_coefficients_and_impulses_are_named_by_what_they_are(small_program: GaitProgram, walking_gait: Gait) -> None:
     """The name of a coefficient or an impulse is that of the number at its place in the gait's record."""
     layout, names = small_program.layout, variable_names(small_program)
-    start = from_gait(walking_gait, layout)
+    start = from_gait(small_program.problem, walking_gait, layout)
     outputs = walking_gait.outputs
     for domain, number in (("D1", 0), ("D2", 1)):
         record = walking_gait.domains[number]
