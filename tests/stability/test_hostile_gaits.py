@@ -17,8 +17,8 @@ from amble.errors import AmbleError, CertificateError, InputError, Row
 from amble.gait import DomainTrajectory, Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import load_gait
-from amble.report import certification
 from amble.robot import Robot
+from amble.stability import gait_certificate
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.gait_certificate import certify_gait, held_against
 from amble.stability.orbit_conditions import orbit_conditions
@@ -148,7 +148,7 @@ def test_an_absurd_gravity_is_refused_before_anything_moves(stabilised_gait: Gai
 
 def test_absurd_limits_are_allowed_where_told(stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[Row] = []
-    monkeypatch.setattr(certification, "certify", lambda *arguments, **_: given.extend(arguments[2]))
+    monkeypatch.setattr(gait_certificate, "certify", lambda *arguments, **_: given.extend(arguments[2]))
     certify_gait(with_limits(stabilised_gait, friction=100.0), allow_absurd_limits=True)
     assert given
     assert not any(row.name.startswith("sensible") for row in given)

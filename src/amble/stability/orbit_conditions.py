@@ -79,13 +79,13 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Row]:
     stances, solved = gait.pattern.stances, len(gait.pattern.solved)
     rows = []
     for number, stance in enumerate(stances):
-        solution = float(trace.clock[trace.domain == number][-1])
+        lasts = float(trace.clock[trace.domain == number][-1])
         trajectory = gait.domains[number % solved]
         claims = {"recorded": trajectory.duration}
         if gait.feedback is not None:
             claims["of the feedback"] = gait.feedback.durations[trajectory.name]
         rows += [
-            Row(f"{stance.name} duration against that {what}", (1.0 - RECORD) * claim, solution, (1.0 + RECORD) * claim)
+            Row(f"{stance.name} duration against that {what}", (1.0 - RECORD) * claim, lasts, (1.0 + RECORD) * claim)
             for what, claim in claims.items()
         ]
     return rows
@@ -93,8 +93,8 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Row]:
 
 def _speed_row(gait: Gait, trace: Trace) -> Row:
     margin = RECORD * _velocity(gait)
-    solution = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
-    return Row("speed solution against the speed claimed", gait.speed - margin, solution, gait.speed + margin)
+    walked = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
+    return Row("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
 
 
 def _ground_rows(gait: Gait, trace: Trace) -> list[Row]:
