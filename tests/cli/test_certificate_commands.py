@@ -38,6 +38,23 @@ def test_the_gait_is_certified(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert tree["certified"] is True
     assert tree["spectral_radius"] + tree["spectral_radius_error"] < 0.5
     assert all(row["holds"] for row in tree["conditions"])
+    assert "grows by the factor" in captured.out
+    assert "certifying: start changed by" in captured.err
+    assert "WARNING" not in captured.out
+    assert tree["warnings"] == []
+    assert tree["disturbance"]["basin"]["returns_from"] == 0.01
+    assert 10.0 < tree["disturbance"]["growth"]["factor"] < 100.0
+
+
+def test_a_gait_of_small_basin_is_certified_with_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "certificate.json"
+    assert exit_code("certify", str(GAIT.parent / "biped-of-small-basin.json"), "--out", str(out)) == 0
+    assert "WARNING: small basin: a start with every state changed by" in capsys.readouterr().out
+    tree = json.loads(out.read_text())
+    assert tree["certified"] is True
+    assert tree["spectral_radius"] == pytest.approx(0.93601, abs=1e-4)
+    (warning,) = tree["warnings"]
+    assert tree["disturbance"]["basin"]["failed"]["reason"] in warning
 
 
 def test_friction_that_the_motion_exceeds_is_refused_with_the_row(

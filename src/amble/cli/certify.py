@@ -53,7 +53,10 @@ def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certi
         f"spectral radius of the full cycle {certificate.radius:.6f} (estimated error {certificate.error:.1e}), "
         f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
     )
+    typer.echo(f"{certificate.disturbance}")
     typer.echo(_bounds(gait))
+    for warning in certificate.warnings:
+        typer.echo(f"WARNING: {warning}")
     wrote(write_results(out, certificate_tree(gait, certificate)))
     return certificate
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from amble.gait.record import Gait
+from amble.robot import Robot
 from amble.robot.model import RATE
+from amble.types import Vector
 
 LENGTHS = ("x", "y", "z")
 """Coordinates in m; all others are in rad."""
@@ -33,3 +37,15 @@ def trace_units(gait: Gait) -> dict[str, str]:
         **dict(zip(rates, units(names, "/s"), strict=True)),
         **SIGNALS,
     }
+
+
+def natural_units(robot: Robot, length: float) -> Vector:
+    """Return the unit of every state of a robot: lengths by a length l, time by sqrt(l / g), (2 n_q,).
+
+    Args:
+        robot: the robot; its gravity is positive.
+        length: l, m.
+    """
+    rate = np.sqrt(robot.gravity / length)
+    positions = np.where([name in LENGTHS for name in robot.coordinate_names], length, 1.0)
+    return np.concatenate([positions, rate * positions])

@@ -19,6 +19,7 @@ import numpy as np
 from amble.errors import CertificateError, Row
 from amble.hybrid import HybridSystem
 from amble.stability.differences import Differences, difference_check
+from amble.stability.disturbance import Disturbance
 from amble.stability.group import closest_shift
 from amble.stability.leading_mode import LeadingMode, leading_mode
 from amble.stability.monodromy import prepare_variational
@@ -59,6 +60,7 @@ class Certificate:
         mode: the decay of the leading mode in a simulation; None where the radius is not below 1, or so small that no
             cycle shows it.
         conditions: what else was checked on the orbit.
+        disturbance: of a gait, how far disturbances grow and from which size of them it comes back.
     """
 
     state: Vector
@@ -74,11 +76,17 @@ class Certificate:
     bound: QuadraticBound | None
     mode: LeadingMode | None
     conditions: tuple[Row, ...] = ()
+    disturbance: Disturbance | None = None
 
     @property
     def radius(self) -> float:
         """Spectral radius of the cycle."""
         return self.spectrum.radius
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What does not refuse the certificate but has to be known, in sentences."""
+        return () if self.disturbance is None else self.disturbance.warnings
 
     def rows(self) -> tuple[Row, ...]:
         """Return everything that must hold as rows."""
@@ -115,7 +123,12 @@ class Certificate:
             ],
             "contraction": None
             if self.mode is None
-            else {"measured": self.mode.rate, "predicted": self.mode.predicted, "cycles": self.mode.cycles},
+            else {
+                "measured": self.mode.rate,
+                "predicted": self.mode.predicted,
+                "cycles": self.mode.cycles,
+                "multipliers": self.mode.modes,
+            },
             "conditions": [row_tree(row) for row in self.rows()],
             "period_s": self.period,
             "fixed_point": dict(zip(self.state_names, map(float, self.state), strict=True)),
@@ -129,6 +142,8 @@ class Certificate:
             "return_map": self.spectrum.matrix.tolist(),
             "basis": self.spectrum.basis.tolist(),
             "contraction_bound": None if self.bound is None else self.bound.to_json(),
+            "disturbance": None if self.disturbance is None else self.disturbance.to_json(),
+            "warnings": list(self.warnings),
         }
 
 

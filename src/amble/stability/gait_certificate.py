@@ -16,6 +16,7 @@ from amble.simulation import Trace
 from amble.stability import Certificate, Spectrum, certify, multipliers, section_distances
 from amble.stability.certificate import Progress, finite, row_tree
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
+from amble.stability.disturbance import disturb
 from amble.stability.orbit_conditions import RECORD, orbit_conditions
 from amble.types import Json, Vector
 from amble.verification.check import record_findings
@@ -31,6 +32,7 @@ def certify_gait(gait: Gait, progress: Progress | None = None, allow_absurd_limi
 
     Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
     the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground.
+    A certified gait is disturbed (``disturbance``); what that shows is told, and refuses nothing.
 
     Args:
         gait: the gait.
@@ -54,7 +56,8 @@ def certify_gait(gait: Gait, progress: Progress | None = None, allow_absurd_limi
         gait, lambda step, residual: tell(f"fixed point, step {step}, residual {residual:.1e}")
     )[1]
     conditions = _sound((*conditions, *orbit_conditions(gait, system, found.state)))
-    return certify(system, found.state, conditions, progress=progress)
+    certificate = certify(system, found.state, conditions, progress=progress)
+    return replace(certificate, disturbance=disturb(gait, system, found.state, certificate.spectrum, progress))
 
 
 def _sound(rows: tuple[Row, ...]) -> tuple[Row, ...]:

@@ -93,7 +93,7 @@ def leading_subspace(spectrum: Spectrum) -> tuple[Matrix, Matrix, Matrix]:
     """
     from scipy.linalg import schur, solve_sylvester
 
-    values = np.linalg.eigvals(spectrum.matrix)
+    values = np.linalg.eigvals(spectrum.matrix).astype(np.complex128)
     inside = _near_leading(values)
     members, others = values[inside], values[~inside]
 
