@@ -39,8 +39,11 @@ def test_the_gait_is_certified(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert tree["spectral_radius"] + tree["spectral_radius_error"] < 0.5
     assert all(row["holds"] for row in tree["conditions"])
     assert "grows by the factor" in captured.out
-    assert "certifying: start changed by" in captured.err
     assert "WARNING" not in captured.out
+    assert "it does not say: torque limits (50 to 50 N m) are kept" in captured.out
+    assert "feet on the ground within 0.88 mm" in captured.out
+    assert any("no proof of a basin" in line for line in tree["does_not_say"])
+    assert tree["held_against"]["ground_m"] == pytest.approx(8.76e-4, rel=1e-3)
     assert tree["warnings"] == []
     assert tree["disturbance"]["basin"]["returns_from"] == 0.01
     assert 10.0 < tree["disturbance"]["growth"]["factor"] < 100.0

@@ -9,7 +9,7 @@ from pathlib import Path
 from amble.errors import CertificateError, FallError, Row
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
-from amble.stability.gait_certificate import content_hash, identity, refusal_tree
+from amble.stability.gait_certificate import bounds_sentences, content_hash, does_not_say, identity, refusal_tree
 
 
 def test_the_hash_is_that_of_the_content(stabilised_gait: Gait, tmp_path: Path) -> None:
@@ -50,3 +50,14 @@ def test_a_fall_is_a_reason_without_rows(stabilised_gait: Gait) -> None:
     tree = refusal_tree(stabilised_gait, FallError("the motion fell"))
     assert tree["refused_because"] == ["the motion fell"]
     assert tree["conditions"] == []
+
+
+def test_what_a_certificate_does_not_say_names_the_switches_where_feet_land_together(stabilised_gait: Gait) -> None:
+    trot = load_gait(Path(__file__).parents[1] / "data" / "trot-front-feet-in-the-air.json")
+    (told,) = [line for line in does_not_say(trot) if "different times" in line]
+    assert all(switch.name in told for switch in trot.pattern.all_switches)
+    for gait in (trot, stabilised_gait):
+        held, open_points = bounds_sentences(gait)
+        assert f"friction {gait.limits.friction:g}" in held
+        assert all(line in open_points for line in does_not_say(gait))
+        assert refusal_tree(gait, FallError("the motion fell"))["does_not_say"] == list(does_not_say(gait))

@@ -40,13 +40,13 @@ def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certi
     A refusal is written too, in the same place: an older certificate would look as if it belonged to this gait.
     """
     from amble.report.results import write_results
-    from amble.stability.gait_certificate import certificate_tree, certify_gait, refusal_tree
+    from amble.stability.gait_certificate import bounds_sentences, certificate_tree, certify_gait, refusal_tree
 
     try:
         with progress("certifying") as update:
             certificate = certify_gait(gait, update, allow_absurd_limits)
     except WorkError as error:
-        typer.echo(_bounds(gait))
+        typer.echo("\n".join(bounds_sentences(gait)))
         wrote(write_results(out, refusal_tree(gait, error)))
         raise
     typer.echo(
@@ -54,22 +54,8 @@ def certified(gait: Gait, out: Path, allow_absurd_limits: bool = False) -> Certi
         f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
     )
     typer.echo(f"{certificate.disturbance}")
-    typer.echo(_bounds(gait))
+    typer.echo("\n".join(bounds_sentences(gait)))
     for warning in certificate.warnings:
         typer.echo(f"WARNING: {warning}")
     wrote(write_results(out, certificate_tree(gait, certificate)))
     return certificate
-
-
-def _bounds(gait: Gait) -> str:
-    """Say in one sentence what the gait was held against, and what of that is absurd."""
-    from amble.stability.gait_certificate import held_against
-
-    held = held_against(gait)
-    torques = gait.limits.torques.values()
-    range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
-    absurd = f"; ABSURD: {', '.join(held['absurd'])}" if held["absurd"] else ""
-    return (
-        f"held against: friction {held['friction']:g}, normal forces above 0, gravity {held['gravity_m_s2']:g} m/s^2; "
-        f"not held against: torque limits ({range_of}) and other limits of joints, which `amble check` looks at{absurd}"
-    )

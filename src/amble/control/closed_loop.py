@@ -18,7 +18,7 @@ from amble.hybrid import Switch, impact
 from amble.robot import Robot, kinematics
 
 LOWEST_BASE = 0.05
-"""A base below this height above the ground has fallen, m."""
+"""A base below this height above the ground has fallen, as a share of the leg length."""
 
 STEEPEST = 0.3
 """A base whose vertical axis has a smaller component along the world's has fallen over."""
@@ -102,7 +102,7 @@ def _functions(
         ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
     )
     signals = _signals(robot, feet, q, v, loop)
-    margin = ca.fmin(q[2] - LOWEST_BASE, kinematics.base_rotation(q)[2, 2] - STEEPEST)
+    margin = ca.fmin(q[2] - LOWEST_BASE * robot.leg_length, kinematics.base_rotation(q)[2, 2] - STEEPEST)
     guard, after = _guard(robot, switch, q, loop), _reset(robot, switch, q, v)
     symbols = [t, x, p]
     slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}

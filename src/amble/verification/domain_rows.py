@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from amble.types import IntegerVector, Matrix, Vector
 from amble.verification.findings import Finding, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.sizes import size_of, sizes
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
 
 
@@ -91,11 +93,6 @@ def domain_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
     ]
 
 
-def size_of(values: Matrix) -> float:
-    """Scale of residuals: 1 + the largest recorded size."""
-    return 1.0 + float(np.max(np.abs(values), initial=0.0))
-
-
 def _clock(domain: SampledDomain, tolerance: float) -> list[Finding]:
     ends = np.array([[domain.trajectory.times[0], domain.trajectory.times[-1] - domain.trajectory.duration]])
     names = [f"{domain.name} clock at the entry", f"{domain.name} clock at the end less the duration"]
@@ -111,9 +108,10 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
         q = v = np.full_like(domain.positions, np.nan)
     names = [f"{domain.name} motion {name}" for name in robot.coordinate_names]
     rates = [f"{domain.name} motion rate of {name}" for name in robot.coordinate_names]
-    scale = size_of(domain.trajectory.velocities)
+    least = sizes(robot)
+    scale = size_of(domain.trajectory.velocities, least.rates)
     return [
-        *residuals("motion", names, domain.positions - q, times, tolerance),
+        *residuals("motion", names, domain.positions - q, times, tolerance, least.positions),
         *residuals("motion", rates, domain.velocities - v, times, tolerance, scale),
     ]
 
@@ -121,15 +119,23 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
 def _nodes(domain: SampledDomain, tolerance: float) -> list[Finding]:
     """Recorded accelerations, torques and forces against the closed loop's."""
     robot, trajectory, nodes = domain.gait.robot, domain.trajectory, domain.nodes
+    least = sizes(robot)
     forces = [f"{foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
     found: list[Finding] = []
-    for kind, labels, recorded, solved in (
-        ("acceleration", robot.coordinate_names, trajectory.accelerations, domain.motion.accelerations),
-        ("torque", robot.joint_names, trajectory.torques, domain.motion.torques),
-        ("force", forces, trajectory.forces, domain.motion.forces),
-    ):
+    kinds: tuple[tuple[str, Sequence[str], Matrix, Matrix, Vector | float], ...] = (
+        (
+            "acceleration",
+            robot.coordinate_names,
+            trajectory.accelerations,
+            domain.motion.accelerations,
+            least.accelerations,
+        ),
+        ("torque", robot.joint_names, trajectory.torques, domain.motion.torques, least.torque),
+        ("force", forces, trajectory.forces, domain.motion.forces, least.force),
+    )
+    for kind, labels, recorded, solved, size in kinds:
         names = [f"{domain.name} {kind} {label}" for label in labels]
-        found += residuals(kind, names, recorded - solved[nodes], trajectory.times, tolerance, size_of(recorded))
+        found += residuals(kind, names, recorded - solved[nodes], trajectory.times, tolerance, size_of(recorded, size))
     return found
 
 
@@ -143,25 +149,32 @@ def _dynamics(domain: SampledDomain, tolerance: float) -> list[Finding]:
     balance -= np.einsum("pji,pj->pi", at.jacobian[nodes], lam)
     balance[:, 6:] -= u
     names = [f"{domain.name} dynamics {name}" for name in domain.gait.robot.coordinate_names]
-    scale = max(size_of(u), size_of(lam))
+    least = sizes(domain.gait.robot)
+    share = max(
+        float(np.max(np.abs(part), initial=0.0)) / size for part, size in ((u, least.torque), (lam, least.force))
+    )
+    scale = least.loads * (1.0 + share)
     return residuals("dynamics", names, balance, trajectory.times, tolerance, scale)
 
 
 def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
     """Stance feet: height above the ground, drift from where they stood at the entry, velocity, acceleration."""
     at, trajectory, nodes, times = domain.terms, domain.trajectory, domain.nodes, domain.times
+    least = sizes(domain.gait.robot)
     found: list[Finding] = []
     for foot in domain.stance.feet:
         columns = at.foot(foot)
         place, rate = at.positions[:, columns], at.rates[:, columns]
         drift, velocity = ([f"{domain.name} {what} {foot} {a}" for a in "xyz"] for what in ("drift", "velocity"))
-        found += residuals("contact", [f"{domain.name} ground {foot}"], place[:1, 2:], times[:1], tolerance)
-        found += residuals("contact", drift, place - place[0], times, tolerance)
-        scale = size_of(trajectory.velocities)
+        found += residuals(
+            "contact", [f"{domain.name} ground {foot}"], place[:1, 2:], times[:1], tolerance, least.length
+        )
+        found += residuals("contact", drift, place - place[0], times, tolerance, least.length)
+        scale = size_of(trajectory.velocities, least.rates)[0]
         found += residuals("contact", velocity, rate, times, tolerance, scale)
     acceleration = np.einsum("pij,pj->pi", at.jacobian[nodes], trajectory.accelerations) + at.contact_bias[nodes]
     names = [f"{domain.name} acceleration of foot {foot} {axis}" for foot in domain.stance.feet for axis in "xyz"]
-    scale = size_of(trajectory.accelerations)
+    scale = size_of(trajectory.accelerations, least.accelerations)[0]
     return found + residuals("contact", names, acceleration, trajectory.times, tolerance, scale)
 
 
@@ -174,7 +187,9 @@ def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
     dynamics = (trajectory.accelerations[:, 3:] - commanded) @ domain.loop.weights.T
     kinds = ("output", "output rate", "output dynamics")
     outputs, changes, answers = ([f"{domain.name} {kind} {name}" for name in coordinates] for kind in kinds)
-    rates, accelerations = size_of(trajectory.velocities), size_of(trajectory.accelerations)
+    least = sizes(domain.gait.robot)
+    rates = size_of(trajectory.velocities, least.rates)[-1]
+    accelerations = size_of(trajectory.accelerations, least.accelerations)[-1]
     return [
         *residuals("output", outputs, value, times, tolerance),
         *residuals("output", changes, rate, times, tolerance, rates),
@@ -188,4 +203,5 @@ def _law(domain: SampledDomain, tolerance: float) -> list[Finding]:
     at = terms(gait.robot, domain.stance.feet, domain.positions[nodes], domain.velocities[nodes])
     values = law_residuals(at, trajectory.torques, trajectory.forces, gait.law)
     names = [f"{domain.name} law {gait.law.name} {row}" for row in range(values.shape[1])]
-    return residuals("law", names, values, trajectory.times, tolerance, size_of(trajectory.torques))
+    scale = size_of(trajectory.torques, sizes(gait.robot).torque)
+    return residuals("law", names, values, trajectory.times, tolerance, scale)

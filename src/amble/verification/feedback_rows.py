@@ -9,6 +9,7 @@ from amble.hybrid import Switch
 from amble.types import Vector
 from amble.verification.findings import Finding, residuals
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.sizes import size_of, sizes
 from amble.verification.stance_model import smallest_torques, terms
 from amble.verification.switch_rows import NO_TIME, plastic
 
@@ -22,13 +23,14 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Finding]:
     state, found = start, []
     for switch in gait.pattern.switches:
         state, guard = _passed(gait, gait.feedback, switch, state)
-        found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance)
+        scale = sizes(gait.robot).length if switch.landing else sizes(gait.robot).force
+        found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance, scale)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
     names = gait.robot.coordinate_names
     rows = [f"feedback returns {name}" for name in names] + [f"feedback returns rate of {name}" for name in names]
-    missed = state - start
-    missed[size:] /= 1.0 + np.max(np.abs(start[size:]))
+    least = sizes(gait.robot)
+    missed = (state - start) / np.concatenate([least.positions, size_of(start[size:], least.rates)])
     forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
     kept = [place for place in range(2 * size) if place >= forward]
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)

@@ -6,6 +6,7 @@ import numpy as np
 
 from amble.verification.domain_rows import SampledDomain
 from amble.verification.findings import Finding, limit
+from amble.verification.sizes import sizes
 
 
 def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Finding]:
@@ -13,7 +14,7 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
 
     Args:
         domain: the domain on its grid.
-        tolerance: what the ground and the bounds of the duration may miss, m and s.
+        tolerance: what the ground may miss, as a share of the leg length, and the bounds of the duration, s.
         slack: what any other limit may miss, as a share of its size: the gait problem imposes it at its nodes only.
     """
     bounds = domain.gait.limits.durations.get(domain.name, (0.0, np.inf))
@@ -29,7 +30,7 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
 
 def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
     """Normal force and the true friction cone of every stance foot; a foot that lifts ends at the cone's tip."""
-    limits, found = domain.gait.limits, []
+    limits, found, size = domain.gait.limits, [], sizes(domain.gait.robot).force
     lifting = domain.switch.lifting[:1] if not domain.switch.landing else ()
     for number, foot in enumerate(domain.stance.feet):
         inside = slice(None, -1) if foot in lifting else slice(None)
@@ -39,7 +40,7 @@ def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
         least = 0.0 if foot in lifting else limits.normal_force
         bounds, most = (least, np.inf), (0.0, limits.friction)
         found += [
-            limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (1.0 + least)),
+            limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (size + least)),
             limit("friction", f"{domain.name} friction {foot}", used, times, most, slack * limits.friction),
         ]
     return found
@@ -48,12 +49,13 @@ def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
 def _swing(domain: SampledDomain, tolerance: float, slack: float) -> list[Finding]:
     """Swing feet: never under the ground, and at the clearance in the middle of their swing."""
     least, times, found = domain.gait.limits.clearance, domain.times, []
+    length = sizes(domain.gait.robot).length
     for foot in domain.gait.robot.foot_names:
         if foot in domain.stance.feet:
             continue
         height = domain.terms.positions[:, domain.terms.foot(foot)][:, 2]
         name = f"{domain.name} height {foot}"
-        found.append(limit("penetration", name, height, times, (0.0, np.inf), tolerance))
+        found.append(limit("penetration", name, height, times, (0.0, np.inf), tolerance * length))
         middle = middle_of_swing(domain, foot)
         if 0.0 <= middle <= 1.0:
             when = np.array([middle * domain.trajectory.duration])
@@ -79,8 +81,10 @@ def middle_of_swing(domain: SampledDomain, foot: str) -> float:
 def _positions(domain: SampledDomain, slack: float) -> list[Finding]:
     robot, found = domain.gait.robot, []
     for name, bounds in domain.gait.limits.positions.items():
-        values = domain.positions[:, robot.coordinate_index(name)]
-        found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, slack))
+        place = robot.coordinate_index(name)
+        kept = slack * float(sizes(robot).positions[place])
+        row = f"{domain.name} position {name}"
+        found.append(limit("position", row, domain.positions[:, place], domain.times, bounds, kept))
     return found
 
 

@@ -7,8 +7,9 @@ import numpy as np
 from amble.errors import WorkError
 from amble.gait.record import Gait
 from amble.types import Matrix, Vector
-from amble.verification.domain_rows import SampledDomain, size_of
+from amble.verification.domain_rows import SampledDomain
 from amble.verification.findings import Finding, limit, residuals
+from amble.verification.sizes import size_of, sizes
 from amble.verification.stance_model import Terms, terms
 
 NO_TIME = np.array([np.nan])
@@ -27,25 +28,27 @@ def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain,
 def _guard(domain: SampledDomain, tolerance: float) -> list[Finding]:
     """The guard is zero at the end and not before; a landing foot comes down within its velocity bounds."""
     at, times, switch = domain.terms, domain.times, domain.switch
-    limits, end = domain.gait.limits, domain.times[-1:]
+    limits, end, least = domain.gait.limits, domain.times[-1:], sizes(domain.gait.robot)
     found: list[Finding] = []
     for foot in switch.landing:
         columns = at.foot(foot)
         height, velocity = at.positions[:, columns][:, 2], at.rates[-1:, columns]
-        found += residuals("guard", [f"{switch.name} touchdown height {foot}"], height[-1:, None], end, tolerance)
+        found += residuals(
+            "guard", [f"{switch.name} touchdown height {foot}"], height[-1:, None], end, tolerance, least.length
+        )
         inside = slice(1, -1)
         found.append(
             limit("guard", f"{switch.name} height before touchdown {foot}", height[inside], times[inside],
-                  (0.0, np.inf), tolerance)
+                  (0.0, np.inf), tolerance * least.length)
         )  # fmt: skip
         for axis, bounds in enumerate(limits.touchdown_velocity):
             name = f"{switch.name} touchdown velocity {foot} {'xyz'[axis]}"
-            found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance))
+            found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance * least.velocity))
     if switch.lifting and not switch.landing:
         foot = switch.lifting[0]
         column = 3 * domain.stance.feet.index(foot) + 2
         force = domain.motion.forces[-1:, column : column + 1]
-        scale = size_of(domain.trajectory.forces)
+        scale = size_of(domain.trajectory.forces, least.force)
         found += residuals("guard", [f"{switch.name} lift-off force {foot}"], force, end, tolerance, scale)
     return found
 
@@ -53,22 +56,22 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Finding]:
 def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Finding]:
     """Plastic impact: D (v+ - v-) = J^T iota, J v+ = 0; both the recorded impulse and one solved for here."""
     gait, switch, trajectory = domain.gait, domain.switch, domain.trajectory
-    names, before = gait.robot.coordinate_names, domain.velocities[-1]
+    names, before, least = gait.robot.coordinate_names, domain.velocities[-1], sizes(gait.robot)
+    rates = size_of(trajectory.velocities, least.rates)
     if not switch.landing:
         rows = [f"{switch.name} continuity rate of {name}" for name in names]
-        scale = size_of(trajectory.velocities)
-        return residuals("impact", rows, (after - before)[None], NO_TIME, tolerance, scale)
+        return residuals("impact", rows, (after - before)[None], NO_TIME, tolerance, rates)
     at = terms(gait.robot, switch.target.feet, domain.positions[-1:], domain.velocities[-1:])
     velocity, impulse = plastic(at)
     momentum = at.mass[0] @ (after - before)
     balance = momentum - at.jacobian[0].T @ trajectory.impulse
     stopped = at.jacobian[0] @ after
     feet = [f"{foot} {axis}" for foot in switch.target.feet for axis in "xyz"]
-    kinds: list[tuple[str, list[str], Matrix, float]] = [
-        ("momentum", list(names), balance, size_of(momentum)),
-        ("rate of", list(names), after - velocity, size_of(trajectory.velocities)),
-        ("stops foot", feet, stopped, size_of(trajectory.velocities)),
-        ("impulse", feet, trajectory.impulse - impulse, size_of(impulse)),
+    kinds: list[tuple[str, list[str], Matrix, Vector]] = [
+        ("momentum", list(names), balance, size_of(momentum, least.loads * least.impulse / least.force)),
+        ("rate of", list(names), after - velocity, rates),
+        ("stops foot", feet, stopped, rates[:1]),
+        ("impulse", feet, trajectory.impulse - impulse, size_of(impulse, least.impulse)),
     ]
     found: list[Finding] = []
     for kind, labels, values, scale in kinds:
@@ -95,7 +98,8 @@ def plastic(at: Terms) -> tuple[Vector, Vector]:
 
 def _continuity(domain: SampledDomain, after: Vector, tolerance: float) -> list[Finding]:
     rows = [f"{domain.switch.name} continuity {name}" for name in domain.gait.robot.coordinate_names]
-    return residuals("continuity", rows, (after - domain.positions[-1])[None], NO_TIME, tolerance)
+    scale = sizes(domain.gait.robot).positions
+    return residuals("continuity", rows, (after - domain.positions[-1])[None], NO_TIME, tolerance, scale)
 
 
 def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) -> list[Finding]:
@@ -104,7 +108,8 @@ def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) 
     advance = domain.positions[-1] - start
     rows = [f"{domain.switch.name} periodicity {name}" for name in gait.robot.coordinate_names[1:]]
     speed = np.array([advance[0] / duration - gait.speed])
+    least = sizes(gait.robot)
     return [
-        *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance),
-        *residuals("periodicity", ["mean speed less the speed asked for"], speed, NO_TIME, tolerance),
+        *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance, least.positions[1:]),
+        *residuals("periodicity", ["mean speed less the speed asked for"], speed, NO_TIME, tolerance, least.velocity),
     ]
