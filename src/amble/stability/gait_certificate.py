@@ -106,10 +106,12 @@ def held_against(gait: Gait) -> Json:
 
 def does_not_say(gait: Gait) -> tuple[str, ...]:
     """Return what a reader may not take from a certificate of the gait."""
+    torques = gait.limits.torques.values()
+    range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
     together = [switch.name for switch in gait.pattern.all_switches if len(switch.landing) > 1]
     orders = f"the feet of one switch landing at different times ({', '.join(together)})"
     return (
-        "limits of torques, speeds and positions of joints, which `amble check` and `amble simulate` look at",
+        f"torque limits ({range_of}) or limits of speeds and positions, which `amble check` and `amble simulate` see",
         "disturbances larger than those walked, or others: a few starts are no proof of a basin",
         *([orders] if together else []),
         "uneven ground, less friction, another mass, noise, delay, sampling",
@@ -119,8 +121,7 @@ def does_not_say(gait: Gait) -> tuple[str, ...]:
 
 def bounds_sentences(gait: Gait) -> tuple[str, str]:
     """Say in one sentence what a gait is held against, absurd bounds marked, and in one what that leaves open."""
-    held, torques = held_against(gait), gait.limits.torques.values()
-    range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
+    held = held_against(gait)
     absurd = f"; ABSURD: {', '.join(held['absurd'])}" if held["absurd"] else ""
     low, high = held["speed_m_s"]
     return (
@@ -128,7 +129,7 @@ def bounds_sentences(gait: Gait) -> tuple[str, str]:
         f"feet on the ground within {1e3 * held['ground_m']:.2g} mm, landing feet coming down faster than "
         f"{-1e3 * held['touchdown_velocity_m_s']:.2g} mm/s, speed {low:.4g} to {high:.4g} m/s, the recorded motion "
         f"within {RECORD:g} of its size{absurd}",
-        f"it does not say: torque limits ({range_of}) are kept; " + "; ".join(does_not_say(gait)),
+        f"it does not say: {'; '.join(does_not_say(gait))}",
     )
 
 
