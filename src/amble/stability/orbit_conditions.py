@@ -14,6 +14,7 @@ from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.hybrid import HybridSystem
 from amble.residual import Residual
+from amble.robot.natural_units import natural_units, velocity_unit
 from amble.simulation import Trace, simulate
 from amble.types import Vector
 
@@ -44,7 +45,8 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
     trace = simulate(system, state, 1, TOLERANCE)
     if not trace.completed:
         return (Residual(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
-    bounds = replace(ContactBounds.of_gait(gait), torques={}, speeds={})
+    margin = GROUND * gait.robot.leg_length
+    bounds = replace(ContactBounds.of_gait(gait, penetration=margin, drift=margin), torques={}, speeds={})
     return (
         *_entry_rows(gait, state),
         *_duration_rows(gait, trace),
@@ -55,17 +57,15 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
 
 
 def _entry_rows(gait: Gait, state: Vector) -> list[Residual]:
-    """The recorded entry, and the start of the feedback, less the fixed point; rates divided by 1 + the largest."""
-    first, size = gait.domains[0], gait.robot.size
-    names = gait.robot.coordinate_names
-    scale = np.ones(2 * size)
-    scale[size:] += np.max(np.abs(state[size:]))
+    """The recorded entry, and the start of the feedback, less the fixed point; lengths in l, time in sqrt(l / g)."""
+    first, names = gait.domains[0], gait.robot.coordinate_names
+    units = natural_units(gait.robot, gait.robot.leg_length)
     starts = {"recorded entry": np.concatenate([first.positions[0], first.velocities[0]])}
     if gait.feedback is not None:
         starts["start of the feedback"] = start_state(gait)
     rows = []
     for what, start in starts.items():
-        missed = (start - state) / scale
+        missed = (start - state) / units
         labels = [*names, *(f"rate of {name}" for name in names)]
         rows += [
             Residual(f"{what} less the fixed point, {label}", -RECORD, float(value), RECORD)
@@ -94,7 +94,7 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Residual]:
 
 
 def _speed_row(gait: Gait, trace: Trace) -> Residual:
-    margin = RECORD * _velocity(gait)
+    margin = RECORD * velocity_unit(gait.robot)
     walked = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
     return Residual("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
 
@@ -106,7 +106,7 @@ def _ground_rows(gait: Gait, trace: Trace) -> list[Residual]:
     velocities = trace.signals["foot_velocity"].reshape(points.shape)
     gap = pattern.ground.gap(points)
     rate = np.sum(velocities * pattern.ground.normal(points), axis=-1)
-    margin, slowest = GROUND * gait.robot.leg_length, LANDING * _velocity(gait)
+    margin, slowest = GROUND * gait.robot.leg_length, LANDING * velocity_unit(gait.robot)
     rows = []
     for number, switch in enumerate(pattern.all_switches):
         inside = np.flatnonzero(trace.domain == number)
@@ -120,8 +120,3 @@ def _ground_rows(gait: Gait, trace: Trace) -> list[Residual]:
             rows.append(Residual(f"{switch.name} {foot} height at touchdown", -margin, float(gap[end]), margin))
             rows.append(Residual(name, -np.inf, float(rate[end]), -slowest))
     return rows
-
-
-def _velocity(gait: Gait) -> float:
-    """sqrt(g l), m/s."""
-    return float(np.sqrt(abs(gait.robot.gravity) * gait.robot.leg_length))

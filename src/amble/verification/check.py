@@ -13,6 +13,7 @@ from amble.verification.domain_rows import SampledDomain, domain_findings, motio
 from amble.verification.feedback_rows import feedback_findings
 from amble.verification.findings import CheckReport, residuals
 from amble.verification.limit_rows import limit_findings
+from amble.verification.sizes import sizes
 from amble.verification.switch_rows import switch_findings
 
 TOLERANCE = 1e-5
@@ -34,22 +35,23 @@ def check(
 
     Nothing of the transcription is used. Between the nodes q and v follow Hermite curves through the recorded q, v, a;
     accelerations, torques and forces are the solution of one dense system of the equations of motion, contacts, output
-    dynamics and minimum norm at those states, moved by the law. Residuals, each at most ``tolerance`` in size:
+    dynamics and minimum norm at those states, moved by the law. Residuals are at most ``tolerance`` in size. They are
+    divided by what is recorded at its largest, and never less than a share of the robot's natural unit
+    (``sizes``: leg length l, sqrt(g l), weight):
 
-    - motion: the curves less the closed loop integrated from the recorded entry (DOP853); q in m and rad, v divided
-      by 1 + the largest recorded |v|.
-    - acceleration, torque, force: recorded at the nodes less the dense solution, divided by 1 + the largest recorded.
-    - dynamics: D a + h - B u - J^T lambda at the nodes, divided by 1 + the larger of largest |u| and |lambda|.
-    - contact: ground height and drift of stance feet (m); their velocity and acceleration, divided as v and a.
-    - output: y (rad), y' and y'' + K_d y' + K_p y, divided as v and a.
-    - law: the rows of the allocation law at the nodes, divided by 1 + the largest |u|.
-    - guard, impact, continuity, periodicity: m, rad, m/s; momentum, impulse and v divided by 1 + their largest.
-    - cost: root mean square of |u| by Simpson's rule on the grid less the solver's, divided by 1 + the solver's.
+    - motion: the curves less the closed loop integrated from the recorded entry (DOP853).
+    - acceleration, torque, force: recorded at the nodes less the dense solution.
+    - dynamics: D a + h - B u - J^T lambda at the nodes.
+    - contact: ground height and drift of stance feet, by l; their velocity and acceleration.
+    - output: y (rad), y' and y'' + K_d y' + K_p y.
+    - law: the rows of the allocation law at the nodes, as torques.
+    - guard, impact, continuity, periodicity: lengths by l, rad, velocities, momentum and impulse.
+    - cost: root mean square of |u| by Simpson's rule on the grid less the solver's.
     - feedback: where the gait is stabilised, the fixed point, the durations and the touchdowns of its closed loop.
 
     Limits have the bounds of the gait problem; friction is the true cone. They may be missed by ``slack`` of their
-    size (positions: rad and m), since the problem imposes them at its nodes only and a motion may run along one. A
-    swing foot never goes below the ground by more than ``tolerance``.
+    size (positions: rad and l), since the problem imposes them at its nodes only and a motion may run along one. A
+    swing foot never goes below the ground by more than ``tolerance`` l.
 
     Args:
         gait: the gait.
@@ -83,8 +85,8 @@ def check(
 def record_findings(gait: Gait, tolerance: float) -> CheckReport:
     """Return the residuals of what is recorded, at its nodes: whether it is a motion of the robot under these outputs.
 
-    No limit is looked at. The motion in time is integrated only where everything else holds, since an integration from
-    numbers that are no motion may take for ever.
+    No limit is looked at; the cost stated must be that of the torques. The motion in time is integrated only where
+    everything else holds, since an integration from numbers that are no motion may take for ever.
 
     Args:
         gait: the gait.
@@ -99,6 +101,7 @@ def record_findings(gait: Gait, tolerance: float) -> CheckReport:
         findings += domain_findings(domain, tolerance)
         switch = switch_findings(gait, domain, domains[(number + 1) % len(domains)], tolerance)
         findings += [finding for finding in switch if finding.kind != "touchdown"]
+    findings += _cost(gait, domains, tolerance)
     if all(finding.passed for finding in findings):
         for domain in domains:
             findings += motion_findings(domain, tolerance)
@@ -113,4 +116,6 @@ def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Re
     found = np.sqrt(work / sum(domain.trajectory.duration for domain in domains))
     stated = np.sqrt(gait.solver.objective) if gait.solver.objective >= 0.0 else np.nan
     name = "root mean square of the torques less the solver's"
-    return residuals("cost", [name], np.array([found - stated]), np.array([np.nan]), tolerance, 1.0 + stated)
+    return residuals(
+        "cost", [name], np.array([found - stated]), np.array([np.nan]), tolerance, sizes(gait.robot).torque + stated
+    )

@@ -11,6 +11,7 @@ from amble.residual import Residual
 from amble.types import Vector, frozen
 from amble.verification.findings import residuals
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.sizes import size_of, sizes
 from amble.verification.stance_model import terms
 from amble.verification.switch_rows import NO_TIME, plastic
 
@@ -24,17 +25,18 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     state, found = start, []
     for switch in gait.pattern.switches:
         state, guard = _passed(gait, gait.feedback, switch, state)
-        found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance)
+        scale = sizes(gait.robot).length if switch.landing else sizes(gait.robot).force
+        found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance, scale)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
     forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
     names = gait.robot.coordinate_names
     rows = [f"feedback returns {name}" for name in names] + [f"feedback returns rate of {name}" for name in names]
-    missed = state - start
+    least, missed = sizes(gait.robot), state - start
     for place, along in enumerate(gait.pattern.ground.translations.values()):
         if place < forward:
             missed[:3] -= missed[place] * along
-    missed[size:] /= 1.0 + np.max(np.abs(start[size:]))
+    missed /= np.concatenate([least.positions, size_of(start[size:], least.rates)])
     kept = [place for place in range(2 * size) if place >= forward]
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)
 
