@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from amble.analysis import Comparison, ContactReport
-from amble.errors import InputError, WorkError, shown
+from amble.errors import InputError, WorkError, printable
 from amble.gait import SolverReport
 from amble.io.codec import TEXT, ByName
 from amble.io.quantities import Bare
@@ -109,7 +109,7 @@ def read_results(path: str | Path) -> Json:
     tree = read_json(path, "results file")
     if tree.get("format") != FORMAT or tree.get("format_version") != FORMAT_VERSION:
         raise InputError(
-            f"results file '{shown(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it the "
+            f"results file '{printable(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it the "
             "report is written without what it says of stability, settings and times"
         )
     return tree

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from amble.errors import InputError, shown
+from amble.errors import InputError, printable, shown
 from amble.io.reader import parse_number, read_bytes
 from amble.robot.rotation import rotation_of_rpy
 from amble.types import Matrix, Vector, frozen
@@ -90,7 +90,7 @@ def read_urdf(path: Path) -> FileRobot:
 
 
 def _parse(path: Path) -> ElementTree.Element:
-    name = f"robot file '{shown(str(path))}'"
+    name = f"robot file '{printable(str(path))}'"
     text = _decoded(read_bytes(path, "robot file", LARGEST), name)
     try:
         root = ElementTree.fromstring(text)
