@@ -12,6 +12,7 @@ from typing import Any
 from amble.version import __version__
 
 _HOME = {
+    "ACTUATORS": "amble.control.actuator",
     "Actuator": "amble.control.actuator",
     "AllocationLaw": "amble.control.allocation",
     "AmbleError": "amble.errors",
@@ -31,6 +32,7 @@ _HOME = {
     "Event": "amble.simulation",
     "FallError": "amble.errors",
     "FLAT": "amble.hybrid",
+    "GAITS": "amble.hybrid.gaits",
     "GROUNDS": "amble.hybrid",
     "Feedback": "amble.gait",
     "FixedPoint": "amble.stability",
@@ -42,6 +44,7 @@ _HOME = {
     "HeightField": "amble.hybrid",
     "HybridSystem": "amble.hybrid",
     "InputError": "amble.errors",
+    "LAWS": "amble.control",
     "LawChoice": "amble.analysis",
     "Limits": "amble.gait",
     "MinimumPeak": "amble.control.allocation",
@@ -58,6 +61,7 @@ _HOME = {
     "Progress": "amble.progress",
     "ProgressReport": "amble.progress",
     "PseudoInverse": "amble.control.allocation",
+    "READERS": "amble.robot",
     "Robot": "amble.robot",
     "Run": "amble.workflow",
     "RunReport": "amble.report.run",

@@ -10,7 +10,9 @@ from amble.analysis import compare_laws as compare_laws
 from amble.analysis import contact_report as contact_report
 from amble.analysis import every_law as every_law
 from amble.analysis import monitors as monitors
+from amble.control import LAWS as LAWS
 from amble.control import Outputs as Outputs
+from amble.control.actuator import ACTUATORS as ACTUATORS
 from amble.control.actuator import DATASHEET as DATASHEET
 from amble.control.actuator import PAPER as PAPER
 from amble.control.actuator import Actuator as Actuator
@@ -56,12 +58,14 @@ from amble.hybrid import Symmetry as Symmetry
 from amble.hybrid import Transition as Transition
 from amble.hybrid import gait_pattern as gait_pattern
 from amble.hybrid import gaits as gaits
+from amble.hybrid.gaits import GAITS as GAITS
 from amble.progress import Progress as Progress
 from amble.progress import ProgressReport as ProgressReport
 from amble.report import Table as Table
 from amble.report import law_table as law_table
 from amble.report.run import RunReport as RunReport
 from amble.report.run import write_run as write_run
+from amble.robot import READERS as READERS
 from amble.robot import Robot as Robot
 from amble.robot import catalogue as robots
 from amble.robot import load_robot as load_robot
@@ -105,11 +109,15 @@ from amble.workflow import synthesize_specification as synthesize_specification
 
 __version__: str
 __all__ = [
+    "ACTUATORS",
     "CONTACTS",
     "DATASHEET",
     "FLAT",
+    "GAITS",
     "GROUNDS",
+    "LAWS",
     "PAPER",
+    "READERS",
     "Actuator",
     "AllocationLaw",
     "AmbleError",

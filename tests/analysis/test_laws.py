@@ -11,7 +11,7 @@ from amble.analysis import Samples, compare_allocations, compare_laws, every_law
 from amble.analysis.allocation import AllocationLimits, allocation_metrics
 from amble.analysis.laws import labelled
 from amble.control import BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
-from amble.control.actuator import DATASHEET, PAPER, Actuator, actuator
+from amble.control.actuator import ACTUATORS, DATASHEET, PAPER, Actuator
 from amble.control.allocation import law_from
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
@@ -65,7 +65,7 @@ def test_laws_of_one_name_are_told_apart() -> None:
 def test_no_law_is_an_error(stabilised_gait: Gait) -> None:
     samples: Samples = samples_of_gait(stabilised_gait)
     with pytest.raises(InputError, match="no allocation law"):
-        allocation_metrics(samples, {}, AllocationLimits(0.6, 0.0, {}), [actuator("paper")])
+        allocation_metrics(samples, {}, AllocationLimits(0.6, 0.0, {}), [ACTUATORS["paper"]])
     with pytest.raises(InputError, match="no allocation law"):
         compare_allocations(stabilised_gait, {})
     with pytest.raises(InputError, match="no allocation law"):

@@ -17,7 +17,7 @@ from tests.synthetic import amble_pattern, synthetic_gait, synthetic_trace
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
     samples = samples_of_gait(synthetic_gait())
-    return compare([samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})], ACTUATORS)
+    return compare([samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})], ACTUATORS.entries)
 
 
 def cells(line: str) -> list[str]:

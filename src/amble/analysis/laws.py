@@ -58,7 +58,7 @@ def every_law(gait: Gait) -> LawChoice:
         {
             "drop": lambda: paper_baseline(gait.pattern),
             "pinv": PseudoInverse,
-            **{f"power ({model.name})": partial(MinimumPower, model) for model in ACTUATORS},
+            **{f"power ({model.name})": partial(MinimumPower, model) for model in ACTUATORS.entries},
             "peak": lambda: limited(MinimumPeak()),
             "bounded": lambda: limited(BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force)),
         }
@@ -87,7 +87,7 @@ def compare_laws(gait: Gait, laws: Sequence[AllocationLaw], trace: Trace | None 
     motions = [samples_of_gait(gait)]
     if trace is not None:
         motions.append(samples_of_trace(trace, gait.pattern))
-    return compare([with_laws(samples, laws) for samples in motions], ACTUATORS)
+    return compare([with_laws(samples, laws) for samples in motions], ACTUATORS.entries)
 
 
 def with_laws(samples: Samples, laws: Sequence[AllocationLaw]) -> Motion:
@@ -113,7 +113,7 @@ def compare_allocations(
     limits = AllocationLimits(gait.pattern.ground.friction, gait.limits.normal_force, torques)
     motion = samples_of_gait(gait) if samples is None else samples
     chosen = every_law(gait).laws if laws is None else laws
-    return allocation_metrics(motion, chosen, limits, ACTUATORS)
+    return allocation_metrics(motion, chosen, limits, ACTUATORS.entries)
 
 
 def _applicable(candidates: Mapping[str, Callable[[], AllocationLaw]]) -> LawChoice:

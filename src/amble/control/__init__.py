@@ -1,6 +1,7 @@
 """Outputs, input-output linearisation, allocation laws, actuator models."""
 
 from amble.control.allocation import (
+    LAWS,
     AllocationLaw,
     BoundedMinimumNorm,
     ContactLimits,
@@ -16,6 +17,7 @@ from amble.control.allocation import (
 from amble.control.outputs import DomainOutputs, Outputs, joint_outputs
 
 __all__ = [
+    "LAWS",
     "AllocationLaw",
     "BoundedMinimumNorm",
     "ContactLimits",

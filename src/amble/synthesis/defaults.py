@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError
 from amble.gait import Limits
 from amble.gait.limits import Interval
-from amble.hybrid import FLAT, GaitPattern, Ground
+from amble.hybrid import FLAT, POINT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue
 from amble.robot.catalogue import GaitBounds, Posture
@@ -32,7 +32,7 @@ def gait_problem(
 
     Args:
         robot: the robot.
-        gait: the name of a gait (amble, trot) or a pattern of stances of the robot.
+        gait: the name of a gait (amble, trot, or one that was registered) or a pattern of stances of the robot.
         speed: mean forward velocity, m/s.
         ground: what a gait given by name walks on; level, with a friction of 0.6, by default. A pattern has its own.
         outputs: the controlled coordinates; by default those of ``joint_outputs``.
@@ -101,9 +101,7 @@ def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> Ga
         if gait.robot != robot:
             raise InputError(f"the gait pattern '{gait.name}' is of robot '{gait.robot.name}', not of this one")
         return gait
-    if gait not in GAITS:
-        raise UnknownNameError("gait", gait, GAITS)
-    return GAITS[gait](robot, ground or FLAT)
+    return GAITS[gait](robot, ground or FLAT, POINT)
 
 
 def _known(robot: Robot) -> bool:

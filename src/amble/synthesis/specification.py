@@ -56,10 +56,14 @@ class Section(BaseModel):
 
 
 class RobotSection(Section):
-    """A robot of the catalogue by ``name``, or a URDF ``file`` (relative to the specification) with its ``feet``."""
+    """A robot of the catalogue by ``name``, or a ``file`` (relative to the specification) with its ``feet``.
+
+    The suffix of a file's name tells its format where ``format`` does not.
+    """
 
     name: str | None = None
     file: str | None = None
+    format: str | None = None
     feet: dict[str, str] | None = None
     gravity: Acceleration = 9.81
     twins: list[Pair] | None = None

@@ -63,7 +63,7 @@ def _robot(section: RobotSection, folder: Path) -> Robot:
     if not section.feet:
         raise InputError("[robot] with a file needs feet: labels and the links or joints they stand for")
     twins = None if section.twins is None else [(left, right) for left, right in section.twins]
-    return load_robot(folder / str(section.file), section.feet, section.gravity, twins=twins)
+    return load_robot(folder / str(section.file), section.feet, section.gravity, twins=twins, format=section.format)
 
 
 def _ground(section: GroundSection) -> Ground:
@@ -85,9 +85,7 @@ def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contac
         return gait_pattern(robot, section.stances, section.mirrored, ground=ground, contact=contact)
     if "mirrored" in section.model_fields_set:
         raise InputError("[gait] with a name takes no 'mirrored'; the gait knows that itself")
-    if section.name not in GAITS:
-        raise UnknownNameError("gait", str(section.name), GAITS)
-    return GAITS[section.name](robot, ground, contact)
+    return GAITS[str(section.name)](robot, ground, contact)
 
 
 def _limits(section: LimitsSection, pattern: GaitPattern, bounds: GaitBounds | None) -> Limits:

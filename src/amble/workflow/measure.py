@@ -66,7 +66,7 @@ def measure(
         simulated=whole,
         cycles=trace.cycles,
         two_cycles=with_laws(last, laws),
-        comparison=compare([with_laws(samples_of_gait(gait), laws), with_laws(whole, laws)], ACTUATORS),
+        comparison=compare([with_laws(samples_of_gait(gait), laws), with_laws(whole, laws)], ACTUATORS.entries),
         contact=monitors(gait, trace),
         speed_achieved=whole.distance / float(whole.times[-1] - whole.times[0]),
         settings=settings,
