@@ -1,0 +1,40 @@
+"""What the examples register is known to their own tests only, so that every other test sees amble as it ships."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from amble.control import LAWS
+from amble.control.actuator import ACTUATORS
+from amble.hybrid import CONTACTS, GROUNDS
+from amble.hybrid.gaits import GAITS
+from amble.io.registry import Lookup
+from amble.robot import READERS
+
+OPEN: tuple[Lookup[Any], ...] = (READERS, GROUNDS, CONTACTS, GAITS, LAWS, ACTUATORS)
+SHIPPED = [dict(lookup._entries) for lookup in OPEN]
+"""Read before the first example is imported: conftest files come before the tests beside them."""
+
+extended: list[dict[str, Any]] = []
+
+
+def put(entries: list[dict[str, Any]]) -> None:
+    for lookup, known in zip(OPEN, entries, strict=True):
+        lookup._entries = dict(known)
+
+
+@pytest.hookimpl
+def pytest_collection_finish() -> None:
+    """Every test file is imported now, and with it the examples."""
+    extended[:] = [dict(lookup._entries) for lookup in OPEN]
+    put(SHIPPED)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def registered() -> Iterator[None]:
+    put(extended)
+    yield
+    put(SHIPPED)
