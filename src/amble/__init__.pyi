@@ -40,6 +40,9 @@ from amble.gait import Gait as Gait
 from amble.gait import Limits as Limits
 from amble.gait.closed_loop import closed_loop as closed_loop
 from amble.gait.closed_loop import start_state as start_state
+from amble.gait.cost import COSTS as COSTS
+from amble.gait.cost import Cost as Cost
+from amble.gait.cost import TorqueSquared as TorqueSquared
 from amble.gait.files import load_gait as load_gait
 from amble.gait.files import save_gait as save_gait
 from amble.hybrid import CONTACTS as CONTACTS
@@ -111,6 +114,7 @@ __version__: str
 __all__ = [
     "ACTUATORS",
     "CONTACTS",
+    "COSTS",
     "DATASHEET",
     "FLAT",
     "GAITS",
@@ -129,6 +133,7 @@ __all__ = [
     "Contact",
     "ContactBounds",
     "ContactReport",
+    "Cost",
     "Domain",
     "DomainTrajectory",
     "DropActuator",
@@ -167,6 +172,7 @@ __all__ = [
     "Stance",
     "Symmetry",
     "Table",
+    "TorqueSquared",
     "Trace",
     "Transition",
     "UnknownNameError",

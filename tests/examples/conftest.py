@@ -9,12 +9,13 @@ import pytest
 
 from amble.control import LAWS
 from amble.control.actuator import ACTUATORS
+from amble.gait.cost import COSTS
 from amble.hybrid import CONTACTS, GROUNDS
 from amble.hybrid.gaits import GAITS
 from amble.io.registry import Lookup
 from amble.robot import READERS
 
-OPEN: tuple[Lookup[Any], ...] = (READERS, GROUNDS, CONTACTS, GAITS, LAWS, ACTUATORS)
+OPEN: tuple[Lookup[Any], ...] = (READERS, GROUNDS, CONTACTS, GAITS, LAWS, ACTUATORS, COSTS)
 SHIPPED = [dict(lookup._entries) for lookup in OPEN]
 """Read before the first example is imported: conftest files come before the tests beside them."""
 

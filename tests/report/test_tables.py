@@ -151,5 +151,5 @@ def test_contact_tables() -> None:
 
 
 def test_solver_table() -> None:
-    rows = dict(solver_table(synthetic_gait().solver).rows)
+    rows = dict(solver_table(synthetic_gait().solver, "W").rows)
     assert (rows["iterations"], rows["variables"], rows["status"]) == ("39", "4588", "Solve_Succeeded")

@@ -7,6 +7,7 @@ from math import isfinite, sqrt
 from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
 from amble.errors import InputError
 from amble.gait import Limits
+from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.gait.limits import Interval
 from amble.hybrid import FLAT, POINT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
@@ -27,6 +28,7 @@ def gait_problem(
     limits: Limits | None = None,
     posture: Posture | None = None,
     intervals: int = 15,
+    cost: Cost = TORQUE_SQUARED,
 ) -> GaitProblem:
     """Pose the gait problem of a robot.
 
@@ -40,6 +42,7 @@ def gait_problem(
         limits: the bounds; by default those of ``default_limits``.
         posture: where the solver starts; by default that of the catalogue, else ``standing_posture``.
         intervals: collocation intervals in every domain.
+        cost: what is minimised; by default the squared torques.
 
     Raises:
         UnknownNameError: there is no gait of that name, or it names feet that the robot does not have.
@@ -56,6 +59,7 @@ def gait_problem(
         limits=default_limits(pattern, stands) if limits is None else limits,
         posture=stands,
         intervals=intervals,
+        cost=cost,
     )
 
 

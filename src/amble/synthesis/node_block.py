@@ -9,6 +9,7 @@ import numpy as np
 
 from amble.control import Redundancy
 from amble.errors import InputError
+from amble.gait.cost import Instant
 from amble.hybrid import Contacts, selection
 from amble.names import identifier
 from amble.numerics.bezier import bezier
@@ -89,6 +90,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     )
     equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
     lower, upper = _bounds(problem, domain, equalities, swing)
+    instant = Instant(contacts=contacts, positions=q, velocities=v, accelerations=a, torques=u, forces=lam, duration=T)
     variables = ca.vertcat(q, v, a, u, lam, T, ca.vec(alpha), period)
     common = np.concatenate([domain.duration, domain.coefficients, layout.period])
     columns = np.hstack([domain.q, domain.v, domain.a, domain.u, domain.force, np.tile(common, (domain.nodes, 1))])
@@ -98,7 +100,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
         constants=ca.vertcat(phase, weight),
         parameters=parameters.packed(),
         rows=ca.vertcat(motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, *gaps, *tilted),
-        cost=weight * T / period * ca.sumsqr(u),  # mean squared torque with the scheme's own quadrature weights
+        cost=weight * T / period * problem.cost.running(instant),  # its mean, with the scheme's own quadrature weights
         labels=tuple(labels),
         columns=columns,
         values=np.column_stack([domain.phases, node_weights(HERMITE_SIMPSON, problem.intervals)]),

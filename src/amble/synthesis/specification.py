@@ -94,6 +94,13 @@ class LawSection(Section):
     parameters: dict[str, Any] = {}
 
 
+class CostSection(Section):
+    """What is minimised, by the name of a registered cost, with its parameters."""
+
+    name: str = "torque squared"
+    parameters: dict[str, Any] = {}
+
+
 class TouchdownSection(Section):
     """Velocity of a landing foot just before the impact: along the ground's tangents and its normal."""
 
@@ -171,6 +178,7 @@ class Specification(Section):
     contact: ContactSection = ContactSection()
     outputs: OutputsSection = OutputsSection()
     law: LawSection = LawSection()
+    cost: CostSection = CostSection()
     posture: PostureSection | None = None
     solver: SolverSection = SolverSection()
 

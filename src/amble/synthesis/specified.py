@@ -11,6 +11,7 @@ from amble.control.laws import law_for
 from amble.control.outputs import joint_outputs
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Limits
+from amble.gait.cost import COSTS
 from amble.gait.limits import Interval
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.gaits import GAITS
@@ -49,6 +50,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         posture=_posture(specification, robot, known.posture if known else None),
         intervals=specification.solver.intervals,
         gains=(outputs.position_gain, outputs.velocity_gain),
+        cost=COSTS.build(specification.cost.name, specification.cost.parameters),
     )
 
 
