@@ -79,6 +79,7 @@ from amble.simulation import Trace as Trace
 from amble.simulation import load_trace as load_trace
 from amble.simulation import save_trace as save_trace
 from amble.simulation import simulate as simulate
+from amble.simulation.walk import ENGINES as ENGINES
 from amble.stability import Certificate as Certificate
 from amble.stability import FixedPoint as FixedPoint
 from amble.stability import Monodromy as Monodromy
@@ -99,6 +100,7 @@ from amble.synthesis import refine as refine
 from amble.synthesis import standing_posture as standing_posture
 from amble.synthesis import sweep as sweep
 from amble.synthesis import synthesize as synthesize
+from amble.synthesis.solve import SOLVERS as SOLVERS
 from amble.synthesis.specification import Specification as Specification
 from amble.synthesis.specification import read_specification as read_specification
 from amble.synthesis.specified import problem_of as problem_of
@@ -116,12 +118,14 @@ __all__ = [
     "CONTACTS",
     "COSTS",
     "DATASHEET",
+    "ENGINES",
     "FLAT",
     "GAITS",
     "GROUNDS",
     "LAWS",
     "PAPER",
     "READERS",
+    "SOLVERS",
     "Actuator",
     "AllocationLaw",
     "AmbleError",

@@ -14,8 +14,10 @@ from amble.hybrid import CONTACTS, GROUNDS
 from amble.hybrid.gaits import GAITS
 from amble.io.registry import Lookup
 from amble.robot import READERS
+from amble.simulation.walk import ENGINES
+from amble.synthesis.solve import SOLVERS
 
-OPEN: tuple[Lookup[Any], ...] = (READERS, GROUNDS, CONTACTS, GAITS, LAWS, ACTUATORS, COSTS)
+OPEN: tuple[Lookup[Any], ...] = (READERS, GROUNDS, CONTACTS, GAITS, LAWS, ACTUATORS, COSTS, SOLVERS, ENGINES)
 SHIPPED = [dict(lookup._entries) for lookup in OPEN]
 """Read before the first example is imported: conftest files come before the tests beside them."""
 

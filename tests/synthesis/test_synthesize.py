@@ -19,7 +19,7 @@ from amble.synthesis import GaitProblem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Solution, solve
+from amble.synthesis.solve import Solution, ipopt
 from amble.verification.check import check
 
 EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
@@ -78,7 +78,7 @@ def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
 def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: GaitProgram) -> None:
     layout = small_program.layout
     natural = from_gait(coarse_gait, layout)
-    solution = Solution(natural / layout.scale, None, coarse_gait.solver, ())
+    solution = Solution(natural / layout.scale, None, coarse_gait.solver, (), True)
     again = to_gait(small_program.problem, layout, solution)
     for ours, theirs in zip(again.domains, coarse_gait.domains, strict=True):
         for kind in ("coefficients", "positions", "velocities", "accelerations", "torques", "forces", "impulse"):
@@ -140,7 +140,7 @@ def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> No
 
     start = initial_guess(small_program.problem, small_program.layout) / small_program.layout.scale
     with pytest.raises(KeyboardInterrupt):
-        solve(small_program, start, progress=interrupt)
+        ipopt(small_program, start, progress=interrupt)
     assert seen == [0, 1, 2]
 
 

@@ -12,7 +12,7 @@ from amble.cli import laws
 from amble.cli.lines import tell_simulated
 from amble.cli.output import result, show, wrote
 from amble.cli.progress import progress
-from amble.defaults import CYCLES, TOLERANCE
+from amble.defaults import CYCLES, ENGINE, TOLERANCE
 from amble.errors import FallError
 
 
@@ -33,6 +33,7 @@ def simulate(
     controller: Annotated[
         Controller, typer.Option(help="What computes the torques: the model, or the exported C code.")
     ] = Controller.MODEL,
+    engine: Annotated[str, typer.Option(help="What moves the model: native, or one of a plug-in.")] = ENGINE,
     out: Annotated[Path, typer.Option(help="Where to write the trace (netCDF).")] = Path("trace.nc"),
 ) -> None:
     """Simulate the closed loop of a gait; exits 1 where it falls, with the trace up to there."""
@@ -54,6 +55,7 @@ def simulate(
             tolerance=tolerance,
             perturbation=perturb,
             seed=seed,
+            engine=engine,
             law=chosen,
             loop=loop,
             progress=tell,

@@ -10,7 +10,7 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.motion_equations import SMALLEST_PIVOT
-from amble.defaults import CYCLES, TOLERANCE
+from amble.defaults import CYCLES, ENGINE, TOLERANCE
 from amble.errors import InputError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
@@ -19,7 +19,7 @@ from amble.progress import Progress
 from amble.simulation.bound import bind
 from amble.simulation.perturbation import perturbed
 from amble.simulation.trace import Trace
-from amble.simulation.walk import walk
+from amble.simulation.walk import ENGINES, Engine
 from amble.types import IntegerVector, NodeValues, Vector
 
 Loop = Callable[[Gait, AllocationLaw | None], HybridSystem]
@@ -39,6 +39,7 @@ def simulate(
     *,
     perturbation: float = 0.0,
     seed: int = 0,
+    engine: str = ENGINE,
     law: AllocationLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
@@ -56,6 +57,7 @@ def simulate(
     *,
     perturbation: float = 0.0,
     seed: int = 0,
+    engine: str = ENGINE,
     progress: Progress | None = None,
 ) -> Trace: ...
 
@@ -70,6 +72,7 @@ def simulate(
     *,
     perturbation: float = 0.0,
     seed: int = 0,
+    engine: str = ENGINE,
     law: AllocationLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
@@ -89,11 +92,13 @@ def simulate(
         time_limit: the longest that one domain may last, s.
         perturbation: change of every start state, up or down at random, in its own unit.
         seed: seed of the change.
+        engine: name of what moves the system, see ``ENGINES``.
         law: of a gait, another allocation law than its own.
         loop: of a gait, what closes its loop; by default ``amble.closed_loop``, else such as ``amble.exported_loop``.
         progress: called after every cycle.
 
     Raises:
+        UnknownNameError: there is no engine of that name.
         InputError: a system without a start or with a law, a start of another size or that is not finite, numbers
             outside their range.
         WorkError: the decoupling equations of a gait lose rank although the motion goes on; the torques mean nothing
@@ -109,13 +114,14 @@ def simulate(
     else:
         system, begin = subject, start
     begin = perturbed(np.asarray(begin, dtype=np.float64).reshape(-1), perturbation, seed)
-    trace = _recorded(system, begin, cycles, tolerance, samples, time_limit, progress)
+    trace = _recorded(ENGINES[engine], system, begin, cycles, tolerance, samples, time_limit, progress)
     if isinstance(subject, Gait) and trace.completed:
         _require_rank(trace)
     return trace
 
 
 def _recorded(
+    move: Engine,
     system: HybridSystem,
     start: Vector,
     cycles: int,
@@ -125,7 +131,7 @@ def _recorded(
     progress: Progress | None,
 ) -> Trace:
     began = time.perf_counter()
-    solution = walk(system, start, cycles, tolerance, samples, time_limit, progress)
+    solution = move(system, start, cycles, tolerance, samples, time_limit, progress)
     lengths = [part.arc.clock.size for part in solution.arcs]
     clock = np.concatenate([part.arc.clock for part in solution.arcs])
     state = np.concatenate([part.arc.state for part in solution.arcs])

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
+from amble.io.registry import Lookup
 from amble.progress import Progress, ProgressReport
 from amble.simulation.bound import Bound, bind
 from amble.simulation.flow import LEFT_DOMAIN, STUCK, TOO_LONG, Arc, Flow, prepare
@@ -79,8 +82,12 @@ def walk(
     samples: int,
     time_limit: float,
     progress: Progress | None = None,
+    prepare: Callable[[HybridSystem, str], Flow] = prepare,
 ) -> HybridArc:
-    """Move through the domains of a system; arguments and errors are those of ``simulate``."""
+    """Move through the domains of a system; arguments and errors are those of ``simulate``.
+
+    ``prepare`` gives the flow through a domain of a system by its name.
+    """
     entry = np.array(start, dtype=np.float64).reshape(-1)
     _check(system, entry, cycles, tolerance, samples, time_limit)
     arcs: list[DomainArc] = []
@@ -109,6 +116,28 @@ def walk(
             if progress is not None:
                 progress(ProgressReport(what="cycle", done=done, of=cycles))
     return HybridArc(tuple(arcs), tuple(events), done, ended)
+
+
+class Engine(Protocol):
+    """What moves a hybrid system; a function such as ``walk``."""
+
+    def __call__(
+        self,
+        system: HybridSystem,
+        start: Vector,
+        cycles: int,
+        tolerance: float,
+        samples: int,
+        time_limit: float,
+        progress: Progress | None,
+    ) -> HybridArc:
+        """Move from the entry of the first domain for a number of cycles; arguments are those of ``simulate``."""
+
+
+ENGINES: Lookup[Engine] = Lookup("engine")
+"""The engines that ``simulate`` and the command line can name."""
+
+ENGINES.register("native", walk)
 
 
 def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, samples: int, time_limit: float) -> None:

@@ -1,10 +1,10 @@
-"""Solving a gait problem with IPOPT, watched live; a failure names the rows that are violated."""
+"""Solving a gait problem, with IPOPT where nothing else is named; a failure names the rows that are violated."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from amble.errors import Row
 from amble.gait import LagrangeMultipliers, SolverReport
+from amble.io.registry import Lookup
 from amble.progress import Progress
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.threads import single_threaded
@@ -42,20 +43,36 @@ class Solution:
         multipliers: those of its bounds and rows, where a solver found them.
         report: status and cost.
         rows: violated rows and bounds, worst first; empty where solved.
+        solved: whether the solver reports success.
     """
 
     variables: NDArray[np.float64]
     multipliers: LagrangeMultipliers | None
     report: SolverReport
     rows: tuple[Row, ...]
-
-    @property
-    def solved(self) -> bool:
-        """Whether the solver reports success."""
-        return self.report.status in SOLVED
+    solved: bool
 
 
-def solve(
+class Solver(Protocol):
+    """What solves a gait program; a function such as ``ipopt``."""
+
+    def __call__(
+        self,
+        program: GaitProgram,
+        start: NDArray[np.float64],
+        tolerance: float,
+        most_iterations: int,
+        warm: LagrangeMultipliers | None,
+        progress: Progress | None,
+    ) -> Solution:
+        """Solve from scaled start variables, (n_x,), inside their bounds; see ``ipopt`` and ``solution``."""
+
+
+SOLVERS: Lookup[Solver] = Lookup("solver")
+"""The solvers that specifications and ``synthesize`` can name."""
+
+
+def ipopt(
     program: GaitProgram,
     start: NDArray[np.float64],
     tolerance: float = 1e-8,
@@ -63,7 +80,7 @@ def solve(
     warm: LagrangeMultipliers | None = None,
     progress: Progress | None = None,
 ) -> Solution:
-    """Solve from scaled start variables.
+    """Solve by the interior point method of IPOPT from scaled start variables.
 
     Args:
         program: the transcribed problem.
@@ -104,7 +121,59 @@ def solve(
     with single_threaded(), watch.keeping_interrupts():
         result = solver(**arguments)
     seconds = time.perf_counter() - began
-    return _solution(program, result, solver.stats(), seconds)
+    stats = solver.stats()
+    status = str(stats["return_status"])
+    return solution(
+        program,
+        np.array(result["x"]).ravel(),
+        solver="ipopt",
+        status=status,
+        solved=status in SOLVED,
+        iterations=int(stats["iter_count"]),
+        seconds=seconds,
+        multipliers=(np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()),
+    )
+
+
+SOLVERS.register("ipopt", ipopt)
+
+
+def solution(
+    program: GaitProgram,
+    variables: NDArray[np.float64],
+    *,
+    solver: str,
+    status: str,
+    solved: bool,
+    iterations: int,
+    seconds: float,
+    multipliers: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> Solution:
+    """Return the end of a solver's run, with objective, violation and violated rows as the program has them there.
+
+    Args:
+        program: the program.
+        variables: scaled variables, (n_x,).
+        solver: name of the solver.
+        status: what it says of its end.
+        solved: whether that is success.
+        iterations: how many it took.
+        seconds: its wall time, s.
+        multipliers: of the bounds, (n_x,), and the rows, (n_g,), signed as casadi's: positive at upper bounds.
+    """
+    objective, values = (np.asarray(part).ravel() for part in program.program.nlp(variables, program.parameters))
+    report = SolverReport(
+        solver=solver,
+        status=status,
+        iterations=iterations,
+        seconds=seconds,
+        variables=variables.size,
+        constraints=values.size,
+        violation=float(np.max(program.program.excess(values))),
+        objective=float(objective[0]),
+    )
+    kept = None if multipliers is None or not solved else LagrangeMultipliers(*map(_rounded, multipliers))
+    return Solution(variables, kept, report, violated_rows(program, variables, values), solved)
 
 
 def violated_rows(program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[Row, ...]:
@@ -146,26 +215,6 @@ def _rows(
     excess = np.maximum(np.maximum(lower - values, values - upper), 0.0)
     bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
     return [Row(names[i], float(lower[i]), float(values[i]), float(upper[i])) for i in bad]
-
-
-def _solution(program: GaitProgram, result: Any, stats: dict[str, Any], seconds: float) -> Solution:
-    variables, values = (np.array(result[key]).ravel() for key in ("x", "g"))
-    nlp = program.program
-    violation = float(np.max(nlp.excess(values)))
-    report = SolverReport(
-        solver="ipopt",
-        status=str(stats["return_status"]),
-        iterations=int(stats["iter_count"]),
-        seconds=seconds,
-        variables=variables.size,
-        constraints=values.size,
-        violation=violation,
-        objective=float(result["f"]),
-    )
-    rows = violated_rows(program, variables, values)
-    bounds, forces = (_rounded(np.array(result[key]).ravel()) for key in ("lam_x", "lam_g"))
-    solved = report.status in SOLVED
-    return Solution(variables, LagrangeMultipliers(bounds, forces) if solved else None, report, rows)
 
 
 def _rounded(values: NDArray[np.float64]) -> Vector:

@@ -160,7 +160,12 @@ class PostureSection(Section):
 
 
 class SolverSection(Section):
-    """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations."""
+    """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations.
+
+    ``name`` is that of a registered solver.
+    """
+
+    name: str = "ipopt"
 
     intervals: int = Field(default=15, ge=2, le=1000)
     refinement: int = Field(default=1, ge=1, le=100)

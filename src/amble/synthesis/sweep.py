@@ -16,7 +16,7 @@ from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import to_gait
-from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
+from amble.synthesis.solve import WARM_ITERATIONS, Solution, ipopt
 from amble.types import Vector
 
 
@@ -99,4 +99,4 @@ def _try(
     progress: Progress | None,
 ) -> Solution:
     inside = np.clip(start, program.lower, program.upper)
-    return solve(program, inside, tolerance, most_iterations, None if warm is None else warm.multipliers, progress)
+    return ipopt(program, inside, tolerance, most_iterations, None if warm is None else warm.multipliers, progress)

@@ -15,7 +15,7 @@ from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
+from amble.synthesis.solve import SOLVERS, WARM_ITERATIONS, Solution, Solver
 from amble.types import Vector
 
 
@@ -37,6 +37,8 @@ def synthesize(
     tolerance: float = 1e-8,
     most_iterations: int = 500,
     progress: Progress | None = None,
+    *,
+    solver: str = "ipopt",
 ) -> Gait:
     """Find the gait of a problem.
 
@@ -47,18 +49,21 @@ def synthesize(
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up after so many.
         progress: called after every iteration.
+        solver: name of a registered solver.
 
     Raises:
+        UnknownNameError: there is no solver of that name.
         GaitNotSolvedError: the solver stopped without a solution; the error carries the violated rows and the last
             iterate.
         NotSolvedError: equality rows of the problem depend on each other.
     """
+    run = SOLVERS[solver]
     program = build_program(problem)
     layout = program.layout
     natural = initial_guess(problem, layout) if start is None else from_gait(start, layout)
     require_full_rank(*on_coarse_mesh(program, natural))
     multipliers = None if start is None else _fitting(start.multipliers, program)
-    solution = _solve(program, natural / layout.scale, multipliers, tolerance, most_iterations, progress)
+    solution = _solve(run, program, natural / layout.scale, multipliers, tolerance, most_iterations, progress)
     gait = to_gait(problem, layout, solution)
     if not solution.solved:
         raise GaitNotSolvedError(solution.report.status, solution.rows, gait)
@@ -66,6 +71,7 @@ def synthesize(
 
 
 def _solve(
+    solve: Solver,
     program: GaitProgram,
     start: Vector,
     multipliers: LagrangeMultipliers | None,
@@ -76,12 +82,12 @@ def _solve(
     """Solve with multipliers first; where the start was not near, from the same start without them."""
     inside = np.clip(start, program.lower, program.upper)
     if multipliers is None:
-        return solve(program, inside, tolerance, most_iterations, progress=progress)
+        return solve(program, inside, tolerance, most_iterations, None, progress)
     near = solve(program, inside, tolerance, min(most_iterations, WARM_ITERATIONS), multipliers, progress)
     left = most_iterations - near.report.iterations
     if near.solved or left <= 0:
         return near
-    again = solve(program, inside, tolerance, left, progress=progress)
+    again = solve(program, inside, tolerance, left, None, progress)
     report = replace(
         again.report,
         iterations=near.report.iterations + again.report.iterations,
