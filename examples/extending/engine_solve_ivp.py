@@ -10,7 +10,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from amble.hybrid import HybridSystem
-from amble.simulation.flow import LEFT_DOMAIN, RESOLUTION, STUCK, TOO_LONG, Arc, EventFunction, event_functions
+from amble.simulation.flow import LEFT_DOMAIN, RESOLUTION, STUCK, TOO_LONG, Arc, EventFunction
+from amble.simulation.preparation import event_functions
 from amble.simulation.walk import ENGINES, walk
 from amble.types import Vector
 
@@ -22,7 +23,7 @@ class MultistepFlow:
     system: HybridSystem
     name: str
 
-    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int) -> Arc:
+    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int, max_step: float) -> Arc:
         """Integrate from a state at clock 0 until an event fires or the flow has lasted ``time_limit`` (s)."""
         domain = self.system.domain(self.name)
         events = event_functions(domain, self.system.leaving(self.name))
@@ -37,6 +38,7 @@ class MultistepFlow:
             method="LSODA",
             rtol=tolerance,
             atol=tolerance,
+            max_step=max_step,
             dense_output=True,
             events=[_event(event, domain.parameters) for event in events],
         )

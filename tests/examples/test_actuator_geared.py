@@ -40,4 +40,4 @@ def test_laws_and_files_know_it_by_name() -> None:
 def test_comparisons_count_with_it(walking_gait: Gait) -> None:
     assert "power (geared)" in every_law(walking_gait).laws
     table = compare_laws(walking_gait, [PseudoInverse()])
-    assert {entry.actuator for entry in table.metrics} == set(ACTUATORS.names)
+    assert {name for entry in table.metrics for name in entry.energy} == set(ACTUATORS.names)

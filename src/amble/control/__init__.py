@@ -1,4 +1,4 @@
-"""Outputs, input-output linearisation, allocation laws, actuator models."""
+"""Phase, outputs, input-output linearisation, allocation laws, actuator models."""
 
 from amble.control.allocation import (
     LAWS,
@@ -15,9 +15,11 @@ from amble.control.allocation import (
     margins,
 )
 from amble.control.outputs import DomainOutputs, Outputs, joint_outputs
+from amble.control.phase import PHASES, Phase, PhaseNumber, TimePhase
 
 __all__ = [
     "LAWS",
+    "PHASES",
     "AllocationLaw",
     "BoundedMinimumNorm",
     "ContactLimits",
@@ -26,8 +28,11 @@ __all__ = [
     "MinimumPeak",
     "MinimumPower",
     "Outputs",
+    "Phase",
+    "PhaseNumber",
     "PseudoInverse",
     "Redundancy",
+    "TimePhase",
     "WeightedMinimumNorm",
     "joint_outputs",
     "law_from",
