@@ -37,8 +37,10 @@ def mean_power(gait: Gait) -> float:
 @pytest.fixture(scope="module")
 def both(small_problem: GaitProblem) -> tuple[Gait, Gait]:
     coarse = replace(small_problem, intervals=3)
-    plain = synthesize(coarse, tolerance=1e-6)
-    return plain, synthesize(replace(coarse, cost=COST), plain, tolerance=1e-6)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMBLE_COMPILER", "none")  # solving is shorter than compiling
+        plain = synthesize(coarse, tolerance=1e-6)
+        return plain, synthesize(replace(coarse, cost=COST), plain, tolerance=1e-6)
 
 
 def test_it_finds_the_gait_of_less_power(both: tuple[Gait, Gait]) -> None:
@@ -51,11 +53,11 @@ def test_it_finds_the_gait_of_less_power(both: tuple[Gait, Gait]) -> None:
 
 def test_check_computes_it_again(both: tuple[Gait, Gait]) -> None:
     frugal = both[1]
-    row = check(frugal, tolerance=1.0).worst["cost"].row
+    row = check(frugal, tolerance=1.0).worst["cost"]
     assert row.name == "mean of the cost 'electrical power' less the solver's"
     assert abs(row.value) < 0.02  # three intervals a domain
     wrong = replace(frugal, solver=replace(frugal.solver, objective=1.5 * frugal.solver.objective))
-    assert abs(check(wrong, tolerance=1.0).worst["cost"].row.value) > 0.2
+    assert abs(check(wrong, tolerance=1.0).worst["cost"].value) > 0.2
 
 
 def test_files_hold_it_only_where_it_is_used(both: tuple[Gait, Gait], tmp_path: Path) -> None:

@@ -43,9 +43,8 @@ def test_a_walker_walks_as_with_the_native_engine() -> None:
 
 
 def test_a_motion_without_an_end_says_so() -> None:
-    ours, theirs = (
-        simulate(bouncing_ball(), np.array([10.0, 0.0]), 1, time_limit=0.1, engine=n) for n in (NAME, "native")
-    )
+    high = np.array([10.0, 0.0])
+    ours, theirs = (simulate(bouncing_ball(), high, 1, time_limit=0.1, engine=name) for name in (NAME, "native"))
     assert ours.ended == theirs.ended
     assert "reached no guard within the time limit in domain 'flight' of cycle 0 at 0.1 s" in ours.ended
 

@@ -92,7 +92,7 @@ def ipopt(
     most_iterations: int = 500,
     progress: Progress | None = None,
 ) -> Solution:
-    """Solve by IPOPT's interior point method; what of the start lies outside its bounds is moved onto them, and counted.
+    """Solve by IPOPT; what of the start lies outside its bounds is moved onto them, and counted.
 
     Args:
         program: the transcribed problem.
