@@ -42,6 +42,8 @@ from amble.gait import Gait as Gait
 from amble.gait import Limits as Limits
 from amble.gait.closed_loop import closed_loop as closed_loop
 from amble.gait.closed_loop import start_state as start_state
+from amble.gait.control_law import CONTROL_LAWS as CONTROL_LAWS
+from amble.gait.control_law import ControlLaw as ControlLaw
 from amble.gait.cost import COSTS as COSTS
 from amble.gait.cost import Cost as Cost
 from amble.gait.cost import TorqueSquared as TorqueSquared
@@ -119,6 +121,7 @@ __version__: str
 __all__ = [
     "ACTUATORS",
     "CONTACTS",
+    "CONTROL_LAWS",
     "COSTS",
     "DATASHEET",
     "ENGINES",
@@ -141,6 +144,7 @@ __all__ = [
     "Contact",
     "ContactBounds",
     "ContactReport",
+    "ControlLaw",
     "Cost",
     "Domain",
     "DomainTrajectory",

@@ -7,17 +7,20 @@ from typing import Any
 
 import pytest
 
-from amble.control import LAWS
+from amble.control import LAWS, PHASES
 from amble.control.actuator import ACTUATORS
+from amble.gait.control_law import CONTROL_LAWS
 from amble.gait.cost import COSTS
 from amble.hybrid import CONTACTS, GROUNDS
 from amble.hybrid.gaits import GAITS
 from amble.io.registry import Lookup
 from amble.robot import READERS
+from amble.simulation.simulate import simulate  # noqa: F401  (registers the gait's own control law)
 from amble.simulation.walk import ENGINES
 from amble.synthesis.solve import SOLVERS
 
-OPEN: tuple[Lookup[Any], ...] = (READERS, GROUNDS, CONTACTS, GAITS, LAWS, ACTUATORS, COSTS, SOLVERS, ENGINES)
+SHARED = (READERS, GROUNDS, CONTACTS, GAITS, PHASES, LAWS, ACTUATORS, COSTS)
+OPEN: tuple[Lookup[Any], ...] = (*SHARED, SOLVERS, ENGINES, CONTROL_LAWS)
 SHIPPED = [dict(lookup._entries) for lookup in OPEN]
 """Read before the first example is imported: conftest files come before the tests beside them."""
 

@@ -28,6 +28,9 @@ def simulate(
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to walk.")] = CYCLES,
     tolerance: Annotated[float, typer.Option(help="Relative and absolute tolerance of the integrator.")] = TOLERANCE,
     law: Annotated[str | None, typer.Option(help=laws.HELP, show_default="the gait's own")] = None,
+    control: Annotated[
+        str | None, typer.Option(help="Feedback law, such as NAME:key=value.", show_default="the gait's own")
+    ] = None,
     perturb: Annotated[float, typer.Option(min=0.0, help="Change of every start state, up or down at random.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the change.")] = 0,
     controller: Annotated[
@@ -57,6 +60,7 @@ def simulate(
             seed=seed,
             engine=engine,
             law=chosen,
+            control=None if control is None else laws.parse_control(control),
             loop=loop,
             progress=tell,
         )

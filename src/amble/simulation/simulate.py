@@ -14,6 +14,7 @@ from amble.defaults import CYCLES, ENGINE, TOLERANCE
 from amble.errors import InputError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
+from amble.gait.control_law import ControlLaw
 from amble.hybrid import HybridSystem
 from amble.progress import Progress
 from amble.simulation.bound import bind
@@ -41,6 +42,7 @@ def simulate(
     seed: int = 0,
     engine: str = ENGINE,
     law: AllocationLaw | None = None,
+    control: ControlLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
     max_step: float | None = None,
@@ -76,6 +78,7 @@ def simulate(
     seed: int = 0,
     engine: str = ENGINE,
     law: AllocationLaw | None = None,
+    control: ControlLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
     max_step: float | None = None,
@@ -98,6 +101,7 @@ def simulate(
         seed: seed of the change.
         engine: name of what moves the system, see ``ENGINES``.
         law: of a gait, another allocation law than its own.
+        control: of a gait, another feedback law than its own.
         loop: of a gait, what closes its loop; by default ``amble.closed_loop``, else such as ``amble.exported_loop``.
         progress: called after every cycle.
         max_step: the longest time between two looks at the guards, s; a thousandth of ``time_limit`` by default. No
@@ -112,12 +116,14 @@ def simulate(
             there.
     """
     if isinstance(subject, Gait):
-        system = (loop or closed_loop)(subject, law)
+        if loop is not None and control is not None:
+            raise InputError("a loop of one's own has its own control law")
+        system = closed_loop(subject, law, control=control) if loop is None else loop(subject, law)
         begin = start_state(subject) if start is None else start
     elif start is None:
         raise InputError("a hybrid system is simulated from a start; only a gait has one of its own")
-    elif law is not None or loop is not None:
-        raise InputError("only a gait takes another allocation law or another closed loop")
+    elif law is not None or loop is not None or control is not None:
+        raise InputError("only a gait takes another allocation law, control law or closed loop")
     else:
         system, begin = subject, start
     begin = perturbed(np.asarray(begin, dtype=np.float64).reshape(-1), perturbation, seed)
