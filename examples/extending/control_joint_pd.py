@@ -59,8 +59,8 @@ class JointImpedance(TorqueLaw):
         motion = next(part for part in gait.domains if part.name == domain)
         phase, joints = motion.times / motion.duration, len(gait.robot.joints)
         curves = [_fitted(values, phase) for values in (motion.positions[:, -joints:], motion.torques)]
-        numbers = [[motion.duration, self.stiffness, self.damping], *(curve.ravel(order="F") for curve in curves)]
-        return frozen(np.concatenate(numbers))
+        gains = np.array([motion.duration, self.stiffness, self.damping])
+        return frozen(np.concatenate([gains, *(curve.ravel(order="F") for curve in curves)]))
 
     def breakpoints(self, gait: Gait, stance: Stance) -> tuple[float, ...]:
         """The end of the curves."""
@@ -83,7 +83,7 @@ class JointImpedance(TorqueLaw):
 def _fitted(values: Matrix, phase: Vector) -> Matrix:
     """Coefficients of the curves nearest to samples (n, width), (width, order + 1)."""
     basis = np.array([bernstein(ORDER, float(at)) for at in phase])
-    return np.linalg.lstsq(basis, values, rcond=None)[0].T
+    return frozen(np.linalg.lstsq(basis, values, rcond=None)[0].T)
 
 
 CONTROL_LAWS.register("joint impedance", JointImpedance)

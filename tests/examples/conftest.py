@@ -1,4 +1,7 @@
-"""What the examples register is known to their own tests only, so that every other test sees amble as it ships."""
+"""What the examples register is known to their own tests only, so that every other test sees amble as it ships.
+
+Grounds, contacts and phases change nothing where they are not named, and tests elsewhere use them.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,10 @@ from typing import Any
 
 import pytest
 
-from amble.control import LAWS, PHASES
+from amble.control import LAWS
 from amble.control.actuator import ACTUATORS
 from amble.gait.control_law import CONTROL_LAWS
 from amble.gait.cost import COSTS
-from amble.hybrid import CONTACTS, GROUNDS
 from amble.hybrid.gaits import GAITS
 from amble.io.registry import Lookup
 from amble.robot import READERS
@@ -19,8 +21,7 @@ from amble.simulation.simulate import simulate  # noqa: F401  (registers the gai
 from amble.simulation.walk import ENGINES
 from amble.synthesis.solve import SOLVERS
 
-SHARED = (READERS, GROUNDS, CONTACTS, GAITS, PHASES, LAWS, ACTUATORS, COSTS)
-OPEN: tuple[Lookup[Any], ...] = (*SHARED, SOLVERS, ENGINES, CONTROL_LAWS)
+OPEN: tuple[Lookup[Any], ...] = (READERS, GAITS, LAWS, ACTUATORS, COSTS, SOLVERS, ENGINES, CONTROL_LAWS)
 SHIPPED = [dict(lookup._entries) for lookup in OPEN]
 """Read before the first example is imported: conftest files come before the tests beside them."""
 

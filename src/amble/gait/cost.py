@@ -75,7 +75,7 @@ class Cost(ABC):
 
 @dataclass(frozen=True)
 class TorqueSquared(Cost):
-    """L = u^T u, whose mean is the paper's objective (eq. 6)."""
+    """L = u^T u, whose mean is the objective (paper, eq. 6)."""
 
     @property
     def name(self) -> str:
