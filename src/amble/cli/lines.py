@@ -20,7 +20,8 @@ def tell_synthesized(gait: Gait) -> None:
     report = gait.solver
     show(
         f"{report.solver}: {report.status}, {report.iterations} iterations in {report.seconds:.2f} s "
-        f"({report.variables} variables, {report.constraints} constraints), objective {report.objective:.6g} N^2 m^2"
+        f"({report.variables} variables, {report.constraints} constraints), objective {report.objective:.6g} "
+        f"{gait.cost.unit}"
     )
     result(solver=asdict(report))
 

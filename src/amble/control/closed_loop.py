@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,7 +15,7 @@ from amble.control.phase import Phase, TimePhase
 from amble.control.sensitivity import sensitivity
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
-from amble.hybrid import Contacts, GaitPattern, Switch, impact
+from amble.hybrid import Contacts, GaitPattern, Switch, constrained_dynamics, impact
 from amble.robot import kinematics
 
 LOWEST_BASE = 0.06
@@ -51,7 +51,7 @@ class StanceLoop:
     def jacobian(self) -> ca.Function:
         """Slope of the field in x, the first result of ``variation``."""
         symbols = [ca.MX.sym(name, self.variation.numel_in(i)) for i, name in enumerate(ARGUMENTS)]
-        return ca.Function("jacobian", symbols, [self.variation(*symbols)[0]], ARGUMENTS, ["jacobian"])
+        return ca.Function("jacobian", symbols, [self.variation.call(symbols)[0]], ARGUMENTS, ["jacobian"])
 
 
 def stance_loops(
@@ -144,7 +144,7 @@ def fall_margin(contacts: Contacts, q: ca.SX) -> ca.SX:
     return ca.fmin(height - LOWEST_BASE * contacts.robot.leg_length, upright - STEEPEST)
 
 
-def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised) -> dict[str, ca.SX]:
+def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised | DrivenMotion) -> dict[str, ca.SX]:
     """What a simulation records: world frame, all feet in the robot's order, zero force at swing feet."""
     robot = contacts.robot
     return {
@@ -156,7 +156,7 @@ def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised) -> dict[s
     }
 
 
-def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised) -> ca.SX:
+def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised | DrivenMotion) -> ca.SX:
     """Gap of the first landing foot; without landing the normal force of the first lifting foot."""
     if switch.landing:
         return contacts.ground.gap(kinematics.foot_position(contacts.robot, switch.landing[0], q))
@@ -170,3 +170,61 @@ def _reset(landed: Contacts, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
         return ca.vertcat(q, v)
     velocity, _ = impact(landed, q, v)
     return ca.densify(ca.vertcat(q, velocity))
+
+
+Torques = Callable[[Contacts, ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
+"""A feedback law of one stance: (contacts, t, q, v, p) -> joint torques, (n_joints,), N m."""
+
+
+@dataclass(frozen=True)
+class DrivenMotion:
+    """What torques do to a standing robot: accelerations and contact forces follow from the equations of motion.
+
+    Attributes:
+        acceleration: q'', (n_q,).
+        torques: u, (n_joints,), N m.
+        forces: contact forces of the stance feet, world frame, (n_f,), N.
+        pivot: 1: no outputs are decoupled, so none can lose their rank.
+    """
+
+    acceleration: ca.SX
+    torques: ca.SX
+    forces: ca.SX
+    pivot: float = 1.0
+
+
+def driven_loops(pattern: GaitPattern, torques: Torques, sizes: Sequence[int]) -> tuple[StanceLoop, ...]:
+    """Compile the closed loops of the solved stances of a pattern under torques of the state alone.
+
+    Their ``variation`` holds the slope of the field in x and nothing else.
+
+    Args:
+        pattern: the stances, with the robot and its ground.
+        torques: the feedback law.
+        sizes: number of parameters p of each solved stance.
+    """
+    sources: dict[str, Sequence[ca.Function]] = {}
+    derivatives: dict[str, tuple[str, ...]] = {}
+    for switch, size in zip(pattern.switches, sizes, strict=True):
+        name, contacts, landed = switch.source.name, pattern.contacts(switch.source), pattern.contacts(switch.target)
+        robot = contacts.robot
+        t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size), ca.SX.sym("p", size)
+        q, v = x[: robot.size], x[robot.size :]
+        u, dynamics = torques(contacts, t, q, v, p), constrained_dynamics(contacts, q, v)
+        acceleration = dynamics.free_acceleration + dynamics.input_map @ u
+        motion = DrivenMotion(acceleration, u, dynamics.free_force + dynamics.force_map @ u)
+        symbols, rate = [t, x, p], ca.vertcat(v, acceleration)
+        sources[f"loop_{name}"] = (
+            _function("field", symbols, {"rate": rate}),
+            _function("variation", symbols, {"jacobian": ca.densify(ca.jacobian(rate, x))}),
+            _function("signals", symbols, _signals(contacts, q, v, motion)),
+            _function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
+        )
+        sources[f"switch_{name}"] = (
+            _function("guard", symbols, {"guard": _guard(contacts, switch, q, motion)}),
+            _function("reset", symbols, {"state": _reset(landed, switch, q, v)}),
+        )
+        derivatives[f"switch_{name}"] = ("jac",)
+    native = compile_all(sources, derivatives)
+    names = [switch.source.name for switch in pattern.switches]
+    return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)

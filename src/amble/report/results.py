@@ -109,8 +109,8 @@ def read_results(path: str | Path) -> Json:
     tree = read_json(path, "results file")
     if tree.get("format") != FORMAT or tree.get("format_version") != FORMAT_VERSION:
         raise InputError(
-            f"results file '{printable(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it the "
-            "report is written without what it says of stability, settings and times"
+            f"results file '{printable(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it "
+            "the report is written without what it says of stability, settings and times"
         )
     return tree
 

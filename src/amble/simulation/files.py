@@ -169,7 +169,7 @@ def _check_numbers(trace: Trace, name: str) -> None:
     if not np.all((trace.domain >= 0) & (trace.domain < len(trace.domains))):
         raise InputError(f"{name} names a domain that is not one of its {len(trace.domains)}")
     last = int(trace.cycle.max())
-    fits = np.all(trace.cycle >= 0) and 0 <= trace.cycles <= last + 1 and (trace.events or not trace.cycles)
+    fits = np.all(trace.cycle >= 0) and 0 <= trace.cycles <= last + 1
     if not fits:
         raise InputError(f"{name} states {trace.cycles} cycles, which its samples do not have")
 

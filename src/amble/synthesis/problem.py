@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from amble.control import AllocationLaw, Outputs
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Limits
+from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.hybrid import GaitPattern
 from amble.robot.catalogue import Posture
 
 
 @dataclass(frozen=True, kw_only=True)
 class GaitProblem:
-    """Find the periodic motion that needs the smallest mean squared torque (paper, eq. 6).
+    """Find the periodic motion of the smallest mean cost, by default of the squared torques (paper, eq. 6).
 
     Attributes:
         pattern: the cyclic table of stances.
@@ -25,6 +26,7 @@ class GaitProblem:
         posture: where the solver starts: base height and joint angles.
         intervals: Hermite-Simpson intervals in every domain.
         gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
+        cost: what is minimised.
     """
 
     pattern: GaitPattern
@@ -35,6 +37,7 @@ class GaitProblem:
     posture: Posture
     intervals: int = 15
     gains: tuple[float, float] = (100.0, 20.0)
+    cost: Cost = TORQUE_SQUARED
 
     def __post_init__(self) -> None:
         """Check numbers and names."""
