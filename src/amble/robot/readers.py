@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError, shown
+from amble.errors import InputError, shown
 from amble.io.registry import Lookup
 from amble.robot.urdf import FileJoint, FileLink, FileRobot, read_urdf
 
@@ -27,16 +27,14 @@ def read_robot(path: Path, format: str | None = None) -> FileRobot:
 
     Args:
         path: the file.
-        format: name of the format; by default the suffix of the file's name.
+        format: name of the format; by default the suffix of the file's name, and URDF where no format has it.
 
     Raises:
         UnknownNameError: there is no reader of that name.
         InputError: the reader refuses the file, or it holds no link, a name twice, or a number that is not finite.
     """
-    name = path.suffix.removeprefix(".").lower() if format is None else format
-    if format is None and name not in READERS:
-        raise UnknownNameError(f"{READERS.kind} ('{shown(path.name)}'; give the format)", name, READERS)
-    file = READERS[name](path)
+    suffix = path.suffix.removeprefix(".").lower()
+    file = READERS[format or (suffix if suffix in READERS else "urdf")](path)
     for kind, names in (("link", [link.name for link in file.links]), ("joint", [joint.name for joint in file.joints])):
         twice = sorted(name for name, count in Counter(names).items() if count > 1)
         if twice:
