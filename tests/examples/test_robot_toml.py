@@ -86,7 +86,7 @@ def test_the_format_may_be_named(tmp_path: Path, both: tuple[Robot, Robot]) -> N
     (tmp_path / "robot.txt").write_text(toml())
     found = load_robot(tmp_path / "robot.txt", FEET, format="toml")
     assert replace(found, source="robot.toml") == both[0]
-    with pytest.raises(InputError, match="'.*robot.txt' is not well-formed XML"):  # nothing says that it is no URDF
+    with pytest.raises(InputError, match=r"'.*robot.txt' is not well-formed XML"):  # nothing says that it is no URDF
         load_robot(tmp_path / "robot.txt", FEET)
     with pytest.raises(UnknownNameError, match="unknown format of robot files 'mjcf'; known: urdf, toml"):
         load_robot(tmp_path / "robot.toml", FEET, format="mjcf")
