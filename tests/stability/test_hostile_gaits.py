@@ -120,7 +120,7 @@ def test_a_motion_of_zeros_is_no_record(stabilised_gait: Gait) -> None:
         with_domains(stabilised_gait, lambda domain: {name: np.zeros_like(getattr(domain, name)) for name in fields})
 
 
-@pytest.mark.parametrize("speed", [5.0, -1e300, 0.0, 0.21, -0.2])
+@pytest.mark.parametrize("speed", [5.0, -1e11, 0.0, 0.21, -0.2])
 def test_a_speed_that_is_not_walked_is_refused(stabilised_gait: Gait, speed: float) -> None:
     assert "mean speed less the speed asked for" in refusal(replace(stabilised_gait, speed=speed))
 

@@ -35,7 +35,9 @@ PERTURBED = Record(
 CONTRACTION = {"predicted": NUMBER, "measured": NUMBER, "relative_difference": NUMBER}
 
 ENTRIES: Mapping[str, Codec] = {
-    "spectral_radius": Record(dict, {"initial": NUMBER, "stabilized": NUMBER, "error": NUMBER}),
+    "spectral_radius": Record(
+        dict, {"initial": NUMBER, "stabilized": NUMBER, "error": NUMBER, "contraction_bound": Optional(NUMBER)}
+    ),
     "stabilization": Optional(Record(dict, {}, open=True)),
     "stability_versions": Optional(ByName("library", TEXT)),
     "multipliers": Record(dict, {"initial": PAIRS, "stabilized": PAIRS}),
