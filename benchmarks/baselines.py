@@ -81,8 +81,10 @@ class Task:
     def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
         t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * self.robot.size)
         q, v = x[: self.robot.size], x[self.robot.size :]
-        symbols = VirtualConstraints.symbols(len(self.weights), self.robot.size - 3, REFERENCE_ORDER)
-        wanted = commanded_acceleration(q, v, t, symbols)
+        order, phase = REFERENCE_ORDER, self.gait.outputs.phase
+        symbols = VirtualConstraints.symbols(len(self.weights), self.robot.size - 3, order, phase)
+        rates = symbols.phase_rates(self.robot, self.stance, t, q, v)
+        wanted = commanded_acceleration(q, v, rates, symbols, rates.bias)
         values = ca.substitute(wanted, symbols.packed(), ca.SX(ca.DM(self.parameters)))
         return t, x, q, v, values
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import cast
 
 import numpy as np
 
+from amble.analysis import Comparison, LawMetrics, Motion, torque_metrics
 from amble.control import AllocationLaw, PseudoInverse, joint_outputs
+from amble.control.actuator import Actuator
 from amble.gait import DomainTrajectory, Gait, Limits, SolverReport
 from amble.hybrid import GaitPattern, gait_pattern
 from amble.robot import Robot, catalogue
@@ -159,6 +161,21 @@ def three_footed_gait() -> Gait:
         coefficients = np.zeros((len(outputs.of(domain.name).coordinates), 5))
         domains.append(replace(domain, forces=force, impulse=impulse, coefficients=coefficients))
     return replace(gait, pattern=pattern, outputs=outputs, law=PseudoInverse(), domains=tuple(domains))
+
+
+def measured(motions: Sequence[Motion], actuators: Sequence[Actuator]) -> Comparison:
+    """Metrics of motions whose torques are given, not those of a law."""
+    return Comparison(
+        tuple(
+            LawMetrics(
+                law=law,
+                motion=motion.label,
+                energy={model.name: torque_metrics(motion, law, model) for model in actuators},
+            )
+            for motion in motions
+            for law in motion.torques
+        )
+    )
 
 
 def synthetic_trace(

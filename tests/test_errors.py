@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from amble.errors import NotSolvedError, Row, UnknownNameError, listed
+from amble.errors import NotSolvedError, UnknownNameError, listed
+from amble.residual import Residual
 
 
 def test_a_failed_solver_without_rows_says_nothing_of_rows() -> None:
@@ -16,9 +17,9 @@ def test_rows_that_all_hold_are_said_to_hold() -> None:
 
 
 def test_the_worst_rows_come_first() -> None:
-    error = NotSolvedError("stopped", [Row("a", 0.0, 1.5, 1.0), Row("b", 0.0, 3.0, 1.0)], shown=1)
+    error = NotSolvedError("stopped", [Residual("a", 0.0, 1.5, 1.0), Residual("b", 0.0, 3.0, 1.0)], most=1)
     lines = str(error).splitlines()
-    assert lines[1].endswith("b   (violated by 2)")
+    assert lines[1].endswith("b  (violated by 2)")
     assert lines[2] == "... and 1 more"
     assert error.rows[0].violation == pytest.approx(2.0)
 

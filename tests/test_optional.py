@@ -23,7 +23,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 EXTRAS = {
     extra: [re.split(r"[><=]", line)[0] for line in lines]
     for extra, lines in PROJECT["optional-dependencies"].items()
-    if extra in ("reproduce", "lmi")
+    if extra == "reproduce"
 }
 HOME = {library: extra for extra, libraries in EXTRAS.items() for library in libraries}
 
@@ -95,9 +95,7 @@ def test_a_missing_library_says_what_to_install(monkeypatch: pytest.MonkeyPatch)
     ("library", "arguments"),
     [
         ("matplotlib", ("reproduce", "--out", "out")),
-        ("cvxpy", ("reproduce", "--method", "bilinear", "--out", "out")),
         ("matplotlib", ("report", "absent", "--out", "out")),
-        ("cvxpy", ("stabilize", "--method", "bilinear", "--out", "out", "GAIT")),
         ("matplotlib", ("compare", "--figure", "out/figure", "GAIT")),
     ],
 )

@@ -10,8 +10,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from amble.analysis import samples_of_gait
-from amble.analysis.allocation import law_torques
+from amble.analysis import samples_of_gait, with_laws
 from amble.control import (
     AllocationLaw,
     BoundedMinimumNorm,
@@ -43,15 +42,8 @@ def instant(gait: Gait, node: int) -> Redundancy:
     null, squeeze = (ca.sparsify(basis) for basis in contacts.torque_null_space(q))
     u, forces = ca.SX(ca.DM(part.torques[node])), ca.SX(ca.DM(part.forces[node]))
     back = -ca.dot(null, u) / ca.dot(null, null)
-    return Redundancy(
-        contacts=contacts,
-        points=contacts.points(q),
-        torques=u + null * back,
-        torque_basis=null,
-        forces=forces + squeeze * back,
-        force_basis=squeeze,
-        speeds=v[6:],
-    )
+    least = u + null * back, forces + squeeze * back
+    return Redundancy.at(contacts, (q, v), least, (null, squeeze))
 
 
 def main() -> None:
@@ -66,7 +58,7 @@ def main() -> None:
         samples = samples_of_gait(gait)
         stance = samples.segments == 0
         joint = gait.robot.joint_index("fr_knee")
-        for number, (label, torques) in enumerate(law_torques(samples, LAWS).items()):
+        for number, (label, torques) in enumerate(with_laws(samples, LAWS).torques.items()):
             time.plot(
                 samples.times[stance],
                 torques[stance, joint],
@@ -87,7 +79,7 @@ def _draw_line(axes: object, gait: Gait, redundancy: Redundancy, u: np.ndarray, 
 
     if not isinstance(axes, Axes):
         raise TypeError("one panel was asked for")
-    forces, squeeze = (np.asarray(ca.DM(part)).ravel() for part in (redundancy.forces, redundancy.squeeze))
+    forces, squeeze = (np.asarray(ca.DM(part)).ravel() for part in (redundancy.forces, redundancy.force_basis))
     for joint in np.flatnonzero(n):
         axes.plot(s, np.abs(u[joint] + n[joint] * s), color="#7F7F7F", linewidth=0.7)
     total = forces[:, None] + squeeze[:, None] * s
@@ -95,7 +87,7 @@ def _draw_line(axes: object, gait: Gait, redundancy: Redundancy, u: np.ndarray, 
     inside = s[used <= FRICTION]
     axes.axvspan(inside[0], inside[-1], color="#E0E0E0", zorder=0)
     for number, law in enumerate(LAWS.values()):
-        at = float(ca.DM(law.choose(redundancy)))
+        at = float(ca.DM(law.allocate(redundancy)))
         axes.axvline(at, color=LAW_COLOURS[number], linestyle=LAW_STYLES[number])
     axes.set_xlabel("s (N of squeeze per m between the feet)")
     axes.set_title(f"|u(s)| of the stance legs (N m); grey: friction {FRICTION}")

@@ -5,12 +5,14 @@ from amble.analysis import Comparison as Comparison
 from amble.analysis import ContactBounds as ContactBounds
 from amble.analysis import ContactReport as ContactReport
 from amble.analysis import LawChoice as LawChoice
-from amble.analysis import compare_allocations as compare_allocations
 from amble.analysis import compare_laws as compare_laws
 from amble.analysis import contact_report as contact_report
 from amble.analysis import every_law as every_law
 from amble.analysis import monitors as monitors
+from amble.control import PHASES as PHASES
 from amble.control import Outputs as Outputs
+from amble.control import Phase as Phase
+from amble.control import TimePhase as TimePhase
 from amble.control.actuator import DATASHEET as DATASHEET
 from amble.control.actuator import PAPER as PAPER
 from amble.control.actuator import Actuator as Actuator
@@ -49,6 +51,7 @@ from amble.hybrid import GaitPattern as GaitPattern
 from amble.hybrid import Ground as Ground
 from amble.hybrid import HeightField as HeightField
 from amble.hybrid import HybridSystem as HybridSystem
+from amble.hybrid import Invariant as Invariant
 from amble.hybrid import Plane as Plane
 from amble.hybrid import PointContact as PointContact
 from amble.hybrid import Stance as Stance
@@ -110,6 +113,7 @@ __all__ = [
     "FLAT",
     "GROUNDS",
     "PAPER",
+    "PHASES",
     "Actuator",
     "AllocationLaw",
     "AmbleError",
@@ -136,6 +140,7 @@ __all__ = [
     "HeightField",
     "HybridSystem",
     "InputError",
+    "Invariant",
     "LawChoice",
     "Limits",
     "MinimumPeak",
@@ -145,6 +150,7 @@ __all__ = [
     "NotStabilizedError",
     "Outcome",
     "Outputs",
+    "Phase",
     "Plane",
     "PointContact",
     "Posture",
@@ -159,6 +165,7 @@ __all__ = [
     "Stance",
     "Symmetry",
     "Table",
+    "TimePhase",
     "Trace",
     "Transition",
     "UnknownNameError",
@@ -169,7 +176,6 @@ __all__ = [
     "certify",
     "check",
     "closed_loop",
-    "compare_allocations",
     "compare_laws",
     "contact_report",
     "default_limits",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+
+from amble.residual import Residual, listing, worst_first
 
 
 def printable(text: str, keep: str = "") -> str:
@@ -80,46 +81,17 @@ class WorkError(AmbleError):
     """The work itself failed although the input was sound."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """One named scalar constraint with its bounds and the value it took."""
-
-    name: str
-    lower: float
-    value: float
-    upper: float
-
-    @property
-    def violation(self) -> float:
-        """Distance of the value from the interval, zero inside; infinite for a value that is not a number."""
-        if self.value != self.value:
-            return float("inf")
-        return max(self.lower - self.value, self.value - self.upper, 0.0)
-
-    def __str__(self) -> str:
-        """Lower bound, value and upper bound in columns, then the name and the violation."""
-        return (
-            f"{self.lower:>12.5g} | {self.value:>12.5g} | {self.upper:>12.5g}   "
-            f"{self.name}   (violated by {self.violation:.3g})"
-        )
-
-
 class NotSolvedError(WorkError):
     """A solver stopped without a solution: its status and the violated rows, worst first.
 
     Rows that were looked at and all hold are an empty sequence, and the message says so; None where there are no rows.
     """
 
-    def __init__(self, status: str, rows: Sequence[Row] | None = None, shown: int = 8) -> None:
+    def __init__(self, status: str, rows: Sequence[Residual] | None = None, most: int = 8) -> None:
         self.status = status
-        self.rows = tuple(sorted(rows or (), key=lambda row: -row.violation))
-        lines = [str(row) for row in self.rows[:shown]]
-        more = len(self.rows) - len(lines)
-        if more > 0:
-            lines.append(f"... and {more} more")
-        if rows is not None and not lines:
-            lines = ["no row is violated"]
-        super().__init__("\n".join([f"not solved: {status}", *lines]))
+        self.rows = worst_first(rows or ())
+        evidence = [listing(self.rows, most)] if self.rows else [] if rows is None else ["no row is violated"]
+        super().__init__("\n".join([f"not solved: {status}", *evidence]))
 
 
 class FallError(WorkError):
@@ -129,11 +101,7 @@ class FallError(WorkError):
 class CertificateError(WorkError):
     """A stability certificate is refused: the rows that were checked; the message lists the worst that fail."""
 
-    def __init__(self, rows: Sequence[Row], shown: int = 20) -> None:
+    def __init__(self, rows: Sequence[Residual], most: int = 20) -> None:
         self.rows = tuple(rows)
-        failed = sorted((row for row in self.rows if row.violation > 0), key=lambda row: -row.violation)
-        lines = [str(row) for row in failed[:shown]]
-        if len(failed) > len(lines):
-            lines.append(f"... and {len(failed) - len(lines)} more")
-        listing = "\n".join(lines)
-        super().__init__(f"no certificate: {len(failed)} of {len(self.rows)} conditions fail\n{listing}")
+        failed = worst_first(row for row in self.rows if not row.passed)
+        super().__init__(f"no certificate: {len(failed)} of {len(self.rows)} conditions fail\n{listing(failed, most)}")

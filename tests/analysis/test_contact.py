@@ -1,7 +1,6 @@
 """Monitors against traces with one planted defect each."""
 
 import dataclasses
-import time
 
 import numpy as np
 import pytest
@@ -53,12 +52,12 @@ def test_planted_defects_are_named_with_time_and_cycle(
 ) -> None:
     trace, when = planted(synthetic_trace(3), signal, domain, 1, 3 * FEET.index(foot) + axis, value)
     found = report(trace)
-    worst = next(each for each in found.violations if each.row.name == name)
-    assert worst.row.value == pytest.approx(number)
+    worst = next(each for each in found.violations if each.name == name)
+    assert worst.value == pytest.approx(number)
     assert (worst.time, worst.cycle) == (when, 1)
     assert f"at {when:.4f} s, cycle 1" in str(worst)
     # no friction holds a foot that pulls
-    assert [each.row.value for each in found.violations if each is not worst] == [np.inf] * (value == -7.0)
+    assert [each.value for each in found.violations if each is not worst] == [np.inf] * (value == -7.0)
     # a penetration is no contact failure of the feet that stand
     assert found.sound_from == (0 if signal == "foot" else 2)
 
@@ -92,7 +91,7 @@ def test_drift_is_counted_from_the_start_of_the_stance_phase() -> None:
     found = report(dataclasses.replace(trace, signals={**trace.signals, "foot": foot}))
     assert found.max_drift == pytest.approx(2e-3, rel=1e-9)
     assert found.drifts == pytest.approx([2e-3] * 3)
-    assert [worst.row.name for worst in found.violations] == ["D3 rr drift"]
+    assert [worst.name for worst in found.violations] == ["D3 rr drift"]
 
 
 def test_stance_phase_across_the_cycle_boundary_is_one_phase() -> None:
@@ -112,13 +111,13 @@ def test_joint_limits_by_name() -> None:
     state[33, 18 + 6 + 2] = -4.5
     found = report(dataclasses.replace(trace, state=state, signals={**trace.signals, "torque": torque}))
     joints = PATTERN.robot.joint_names
-    assert [(each.row.name, each.row.value) for each in found.violations] == [
+    assert [(each.name, each.value) for each in found.violations] == [
         (f"{joints[5]} torque", 61.0),
         (f"{joints[2]} speed", 4.5),
     ]
 
 
-def test_five_hundred_cycles_in_a_breath() -> None:
+def test_five_hundred_cycles_are_two_hundred_and_fifty_times_two() -> None:
     trace = synthetic_trace(2)
     repeated = {name: np.tile(values, (250, 1)) for name, values in trace.signals.items()}
     long = dataclasses.replace(
@@ -131,10 +130,16 @@ def test_five_hundred_cycles_in_a_breath() -> None:
         signals=repeated,
         cycles=500,
     )
-    start = time.perf_counter()
-    assert len(report(long).normal_forces) == 500
-    # measured 0.1 s; the margin is for a busy machine
-    assert time.perf_counter() - start < 3.0
+    found = report(long)
+    assert len(found.normal_forces) == 500
+    # the same two cycles over and over: every cycle's worst is that of the short trace, and the total is its own
+    short = report(trace)
+    for name in ("normal_forces", "frictions", "penetrations"):
+        np.testing.assert_array_equal(getattr(found, name), np.tile(getattr(short, name), 250))
+    assert found.samples == 250 * short.samples
+    assert [row.value for row in found.rows if row.kind != "drift"] == [
+        row.value for row in short.rows if row.kind != "drift"
+    ]
 
 
 def test_unusable_input() -> None:

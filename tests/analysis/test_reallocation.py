@@ -95,10 +95,11 @@ def test_the_controller_itself_agrees(stance: int) -> None:
     clock, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
     constraints = VirtualConstraints.symbols(11, robot.size - 3, 4)
+    phase = constraints.phase_rates(robot, pattern.stances[stance], clock, q, v)
     loops = {
         law.name: ca.Function("loop", [clock, x, constraints.packed()], [loop.torques, loop.forces])
         for law in (PseudoInverse(), DROPPED)
-        for loop in (linearise(pattern.contacts(pattern.stances[stance]), law, q, v, clock, constraints),)
+        for loop in (linearise(pattern.contacts(pattern.stances[stance]), law, q, v, phase, constraints),)
     }
     random = np.random.default_rng(stance)
     standing = catalogue.posture("astro").coordinates(robot)

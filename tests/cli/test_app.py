@@ -11,7 +11,8 @@ from typer.main import get_command
 
 from amble.cli import robots
 from amble.cli.app import app
-from amble.errors import InputError, NotSolvedError, Row
+from amble.errors import InputError, NotSolvedError
+from amble.residual import Residual
 from tests.cli.run import exit_code
 
 
@@ -40,7 +41,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.startswith("amble 0.")
 
 
-BAD_USAGE = [("nonsense",), ("robots", "--nonsense"), ("robots", "extra"), ("reproduce", "--method", "magic")]
+BAD_USAGE = [("nonsense",), ("robots", "--nonsense"), ("robots", "one", "extra"), ("reproduce", "--method", "magic")]
 
 
 @pytest.mark.parametrize("arguments", BAD_USAGE)
@@ -53,7 +54,7 @@ def test_bad_usage_exits_2(arguments: tuple[str, ...], capsys: pytest.CaptureFix
     ("error", "code", "says"),
     [
         (InputError("no such file"), 2, "error: no such file"),
-        (NotSolvedError("Infeasible", [Row("D1 node 3 torque", -1.0, 2.0, 1.0)]), 1, "D1 node 3 torque"),
+        (NotSolvedError("Infeasible", [Residual("D1 node 3 torque", -1.0, 2.0, 1.0)]), 1, "D1 node 3 torque"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )

@@ -51,7 +51,8 @@ def symbols(of: Robot, outputs: int = 11, order: int = ORDER) -> Symbols:
 def expressions(feet: tuple[str, ...], law: str, outputs: int = 11) -> tuple[Symbols, Linearised]:
     """The closed loop of astro on some feet."""
     at = symbols(robot("astro"), outputs)
-    return at, linearise(Contacts(robot("astro"), feet), LAWS[law], at.q, at.v, at.t, at.constraints)
+    rates = at.constraints.phase_rates(robot("astro"), Stance("S", feet), at.t, at.q, at.v)
+    return at, linearise(Contacts(robot("astro"), feet), LAWS[law], at.q, at.v, rates, at.constraints)
 
 
 @lru_cache(maxsize=8)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from amble.control.motion_equations import SMALLEST_PIVOT
 from amble.errors import InputError
 from amble.hybrid import Stance
 from amble.numerics.bezier import evaluate
@@ -27,7 +31,7 @@ def stance(request: pytest.FixtureRequest) -> Stance:
 
 def run(stance: Stance, law: str, sample: Sample, chosen: Matrix) -> tuple[Vector, ...]:
     """Acceleration, torques, forces, pivots, null torques."""
-    return tuple(np.asarray(part).squeeze() for part in loop(stance.feet, law)(*sample.arguments(chosen)))
+    return tuple(np.asarray(part).ravel() for part in loop(stance.feet, law)(*sample.arguments(chosen)))
 
 
 def commanded(sample: Sample) -> Vector:
@@ -177,6 +181,39 @@ def test_the_smallest_pivot_tells_a_lost_rank(stance: Stance) -> None:
         healthy, lost = (run(stance, "pinv", sample, H)[3].min() for H in (sound, singular))
         assert healthy > 1e-3
         assert lost < 1e-9
+
+
+def test_a_posture_without_rank_has_no_pivot(stance: Stance) -> None:
+    """The rear stance leg, whose pitch no output holds, turned until numpy's determinant of the decoupling vanishes.
+
+    There the leg's free joint moves its foot neither towards the other foot nor away, so nothing decides its angle.
+    """
+    model, H = robot("astro"), weights(stance)
+    rear = next(foot for foot in stance.feet if foot.startswith("r"))
+    place = 6 + model.joint_index(f"{rear}_hip_pitch")
+    sample, _ = next(iter(samples(1, seed=8)))
+
+    def turned(angle: float) -> Sample:
+        q = np.array(sample.q)
+        q[place] = angle
+        return replace(sample, q=q)
+
+    def determinant(angle: float) -> float:
+        _, inputs = affine_motion(stance.feet, turned(angle))
+        null = run(stance, "pinv", turned(angle), H)[4]
+        return float(np.linalg.det(np.vstack([H @ inputs[3:], null])))
+
+    def pivot(angle: float) -> float:
+        return float(run(stance, "pinv", turned(angle), H)[3].min())
+
+    angles = sample.q[place] + np.linspace(-np.pi / 2, np.pi / 2, 41)
+    signs = np.sign([determinant(angle) for angle in angles])
+    changes = np.flatnonzero(signs[1:] != signs[:-1])
+    assert changes.size
+    for change in changes:
+        root = brentq(determinant, angles[change], angles[change + 1], xtol=1e-14)
+        assert pivot(root) < SMALLEST_PIVOT
+        assert min(pivot(root - 0.01), pivot(root + 0.01)) > 1e3 * SMALLEST_PIVOT
 
 
 def test_the_smallest_pivot_falls_with_the_smallest_singular_value(stance: Stance) -> None:

@@ -95,6 +95,7 @@ def test_selection_matrix_picks_the_controlled_coordinates() -> None:
 THREE = (("fl", "fr", "rl"), ("fl", "fr", "rl", "rr"))
 REFUSED: list[tuple[Callable[[], Outputs], type[InputError], str]] = [
     (lambda: joint_outputs(amble(astro()), order=2), InputError, "at least 3"),
+    (lambda: joint_outputs(amble(astro()), order=15), InputError, "is 15; the closed loop takes up to 14"),
     (lambda: joint_outputs(amble(astro()), free={"D3": []}), UnknownNameError, "unknown domain 'D3'; known: D1, D2"),
     (lambda: joint_outputs(amble(astro()), free={"D1": ["knee"]}), UnknownNameError, "unknown joint 'knee'; known: "),
     (

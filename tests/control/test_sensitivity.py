@@ -22,7 +22,7 @@ STANCES = solved_stances()
 def slopes(feet: tuple[str, ...], outputs: int = 11) -> ca.Function:
     """(q, v, t, p) -> acceleration slope, error slope, response, automatic Jacobian of the acceleration."""
     at, linearised = expressions(feet, "pinv", outputs)
-    ours = sensitivity(Contacts(robot("astro"), feet), linearised, at.q, at.v, at.t, at.constraints)
+    ours = sensitivity(Contacts(robot("astro"), feet), linearised, at.q, at.v, at.constraints)
     automatic = ca.jacobian(linearised.acceleration, ca.vertcat(at.q, at.v))
     parts = [ours.acceleration, ours.error, ours.response, automatic, linearised.acceleration]
     return ca.Function("slopes", at.arguments, [ca.densify(part) for part in parts])

@@ -12,6 +12,7 @@ from examples.extending.ground_sine import SineGround
 
 from amble.control import BoundedMinimumNorm, PseudoInverse, joint_outputs
 from amble.control.linearisation import linearise
+from amble.control.phase import DomainPhase, TimePhase
 from amble.control.virtual_constraints import VirtualConstraints, pack
 from amble.errors import InputError
 from amble.gait import Gait
@@ -24,6 +25,7 @@ from amble.simulation import simulate
 from amble.synthesis import GaitProblem, gait_problem
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import build_program
+from amble.types import frozen
 from amble.verification.output_dynamics import OutputDynamics
 from amble.verification.stance_model import allocated, terms
 from tests.control.allocation.stances import random_postures
@@ -118,14 +120,21 @@ def test_the_closed_loop_on_the_new_contact_moves_as_numpy_says(law: PseudoInver
     assert len(outputs.coordinates) == 10
     q, v, t = ca.SX.sym("q", of.size), ca.SX.sym("v", of.size), ca.SX.sym("t")
     constraints = VirtualConstraints.symbols(10, of.size - 3, 4)
-    loop = linearise(contacts, law, q, v, t, constraints)
+    loop = linearise(contacts, law, q, v, constraints.phase_rates(of, pattern.stance("D1"), t, q, v), constraints)
     parts = [loop.acceleration, loop.torques, loop.forces]
     function = ca.Function("loop", [q, v, t, constraints.packed()], [ca.densify(part) for part in parts])
     generator = np.random.default_rng(2)
     weights = np.eye(of.size)[[of.coordinate_index(name) for name in outputs.coordinates]][:, 3:]
     for pose, rate in zip(*random_postures("astro", 5, seed=6), strict=True):
         references = pose[3:, None] + generator.normal(0.0, 0.02, (of.size - 3, 5))
-        dense = OutputDynamics(weights, references, 0.2, (100.0, 20.0))
+        dense = OutputDynamics(
+            weights=weights,
+            references=references,
+            duration=0.2,
+            gains=(100.0, 20.0),
+            domain=DomainPhase(phase=TimePhase(), robot=of, stance=pattern.stance("D1")),
+            phase_numbers=frozen([]),
+        )
         at = terms(contacts, pose[None], 0.1 * rate[None])
         motion = allocated(at, dense.solve(at, np.array([0.1]), pose[None], 0.1 * rate[None]), law)
         found = function.call([pose, 0.1 * rate, 0.1, pack(0.2, (100.0, 20.0), references, weights)])

@@ -59,6 +59,8 @@ def test_laws_in_c_answer_as_in_python(law: MinimumPower, count: int, tmp_path: 
 
 def test_text_of_an_unknown_form_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     symbol = ca.SX.sym("x")
-    monkeypatch.setattr("amble.export.code.cut_into_parts", lambda text: text.replace("CASADI_SYMBOL_EXPORT", "EXTERN"))
+    monkeypatch.setattr(
+        "amble.export.code.cut_into_parts", lambda text, _: text.replace("CASADI_SYMBOL_EXPORT", "EXTERN")
+    )
     with pytest.raises(WorkError, match="unknown form"):
         c_code(ca.Function("f", [symbol], [symbol**2]), "A square.")

@@ -7,16 +7,20 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from examples.extending.phase_configuration import ConfigurationPhase
 
 from amble.control.closed_loop import fall_margin
 from amble.control.outputs import selection_matrix
+from amble.control.phase import DomainPhase
+from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait.closed_loop import closed_loop, loop_parameters, start_state
-from amble.hybrid import FLAT, Contacts, Domain, HybridSystem, Plane
+from amble.gait.closed_loop import closed_loop, keeps_phase, loop_parameters, start_state
+from amble.hybrid import FLAT, Contacts, Domain, HybridSystem, Plane, Symmetry
 from amble.simulation import simulate
 from amble.types import Matrix, Vector
 from amble.verification.output_dynamics import OutputDynamics
 from amble.verification.stance_model import allocated, terms
+from tests.phases import on_phase
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +56,14 @@ def dense(gait: Gait, name: str, times: Vector, x: Matrix) -> tuple[Matrix, Matr
         swap = robot.mirror.coordinates.matrix[3:, 3:]
         weights, references = weights @ swap.T, swap @ references
     q, v = x[:, : robot.size], x[:, robot.size :]
-    loop = OutputDynamics(weights, references, trajectory.duration, gait.gains)
+    loop = OutputDynamics(
+        weights=weights,
+        references=references,
+        duration=trajectory.duration,
+        gains=gait.gains,
+        domain=DomainPhase(phase=gait.outputs.phase, robot=robot, stance=stances[number]),
+        phase_numbers=trajectory.phase_numbers,
+    )
     at = terms(gait.pattern.contacts(stances[number]), q, v)
     motion = allocated(at, loop.solve(at, times, q, v), gait.law)
     return motion.accelerations, motion.torques, motion.forces
@@ -199,3 +210,34 @@ def test_the_margin_to_a_fall_counts_from_the_ground(walking_gait: Gait) -> None
     for height, sign in ((0.059, -1.0), (0.061, 1.0)):
         q[2] = height * robot.leg_length
         assert np.sign(float(margins[FLAT](q))) == sign
+
+
+def test_a_gait_without_the_numbers_of_its_phase_is_refused(walking_gait: Gait) -> None:
+    outputs = replace(walking_gait.outputs, phase=ConfigurationPhase({"D1": {"y": -1.0}}))
+    with pytest.raises(InputError, match="domain 'D1' has 0 numbers for phase 'configuration', not 2"):
+        replace(walking_gait, outputs=outputs)
+
+
+def test_numbers_at_which_the_phase_has_no_value_are_refused(walking_gait: Gait) -> None:
+    """A range of nothing divides by zero; in a domain that runs on time it is not looked at."""
+    gait = on_phase(walking_gait, {"D1": {"y": -1.0}})
+    still = [replace(domain, phase_numbers=np.array([0.25, 0.25])) for domain in gait.domains]
+    with pytest.raises(InputError, match=r"of domain 'D1' is not finite with theta_start = 0\.25"):
+        replace(gait, domains=(still[0], gait.domains[1]))
+    assert replace(gait, domains=(gait.domains[0], still[1])).domains[1] is still[1]
+
+
+def test_what_changes_the_phase_is_no_symmetry(walking_gait: Gait) -> None:
+    """The base over its feet along y keeps still where the robot is moved, not where it turns."""
+    size = walking_gait.robot.size
+    x = ca.SX.sym("x", 2 * size)
+    step, turn = ca.SX(2 * size, 1), ca.SX(2 * size, 1)
+    step[1], turn[5] = 1.0, 1.0
+    along_y = Symmetry("y", ca.Function("y", [x], [ca.densify(step)]))
+    along_yaw = Symmetry("yaw", ca.Function("yaw", [x], [ca.densify(turn)]))
+    swaying, turning = (on_phase(walking_gait, {"D1": {name: 1.0}}) for name in ("y", "yaw"))
+    assert keeps_phase(walking_gait, along_yaw)
+    assert keeps_phase(swaying, along_y)
+    assert not keeps_phase(swaying, along_yaw)
+    assert keeps_phase(turning, along_y)
+    assert not keeps_phase(turning, along_yaw)

@@ -5,14 +5,17 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from examples.extending.phase_configuration import ConfigurationPhase
 
 from amble.control.allocation import BoundedMinimumNorm, DropActuator, WeightedMinimumNorm
 from amble.errors import InputError, UnknownNameError
+from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
 from amble.gait.validation import LARGEST_NUMBER
 from amble.hybrid import HeightField, Plane
@@ -242,3 +245,57 @@ def test_a_binary_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "gait.json").write_bytes(b"\x80\xff\x00")
     with pytest.raises(InputError, match="is not text"):
         load_gait(tmp_path / "gait.json")
+
+
+@pytest.mark.parametrize("stabilised", [True, False])
+def test_a_phase_and_its_numbers_read_back(tmp_path: Path, stabilised: bool) -> None:
+    gait = on_configuration(random_gait(3, stabilised=stabilised))
+    again = load_gait(save_gait(gait, tmp_path / "gait.json"))
+    assert again.outputs.phase == gait.outputs.phase
+    for ours, theirs in zip(again.domains, gait.domains, strict=True):
+        np.testing.assert_array_equal(ours.phase_numbers, theirs.phase_numbers)
+    if stabilised:
+        assert again.feedback is not None
+        assert {name: tuple(value) for name, value in again.feedback.phase_numbers.items()} == NUMBERS
+
+
+def test_time_has_no_numbers_in_a_file(tmp_path: Path) -> None:
+    path = save_gait(random_gait(1), tmp_path / "gait.json")
+    assert json.loads(path.read_text())["phase"] == {"name": "time", "parameters": {}}
+    assert "phase_numbers" not in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("phase", "name"), "sundial", "unknown phase .* 'sundial'"),
+        (("phase", "parameters"), {"slope": 1.0}, "unknown parameter of phase 'configuration' 'slope'; known: coeff"),
+        (("phase", "parameters"), {}, "phase 'configuration' needs the parameter 'coefficients'"),
+        (("phase", "parameters"), [1.0], "phase, parameters is not an object"),
+        (("domains", "D1", "phase_numbers", "value"), [0.1], "phase_numbers has the shape 1, not 2"),
+        (("domains", "D1", "phase_numbers", "value"), [0.1, 0.1], "domain 'D1' is not finite with theta_start = 0.1"),
+        (("feedback", "phase_numbers", "D2", "value"), [0.1, 0.1], "domain 'D2' is not finite with theta_start = 0.1"),
+        (("feedback", "phase_numbers"), {}, "phase_numbers: 'D1' is missing"),
+    ],
+)
+def test_a_wrong_phase_is_refused_in_one_sentence(
+    tmp_path: Path, place: tuple[str, ...], value: object, message: str
+) -> None:
+    path = save_gait(on_configuration(random_gait(1, stabilised=True)), tmp_path / "gait.json")
+    tree = json.loads(path.read_text())
+    change(*place, to=value)(tree)
+    path.write_text(json.dumps(tree))
+    with pytest.raises(InputError, match=message):
+        load_gait(path)
+
+
+NUMBERS = {"D1": (0.1, -0.2), "D2": (0.3, 0.4)}
+
+
+def on_configuration(gait: Gait) -> Gait:
+    """The gait on a phase of the configuration, with numbers in every domain."""
+    outputs = replace(gait.outputs, phase=ConfigurationPhase({"D1": {"y": -1.0}, "D2": {"x": 1.0, "pitch": 0.5}}))
+    domains = tuple(replace(domain, phase_numbers=np.array(NUMBERS[domain.name])) for domain in gait.domains)
+    numbers = {name: np.array(value) for name, value in NUMBERS.items()}
+    feedback = None if gait.feedback is None else replace(gait.feedback, phase_numbers=numbers)
+    return replace(gait, outputs=outputs, domains=domains, feedback=feedback)

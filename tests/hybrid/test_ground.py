@@ -137,8 +137,10 @@ def test_impossible_ground_is_refused(parameters: dict[str, object], says: str) 
 def test_ground_is_rebuilt_from_its_name() -> None:
     plane = Plane(slope=0.1, heading=0.2, friction=0.7)
     tree = GROUNDS.encode(plane, "file")
-    assert tree == {"name": "plane", "parameters": {"friction": 0.7, "slope": 0.1, "heading": 0.2}}
-    assert GROUNDS.build(tree["name"], tree["parameters"]) == plane
+    units = {"friction": (0.7, "1"), "slope": (0.1, "rad"), "heading": (0.2, "rad")}
+    written = {name: {"value": value, "unit": unit} for name, (value, unit) in units.items()}
+    assert tree == {"name": "plane", "parameters": written}
+    assert GROUNDS.decode(tree, "file") == plane
     with pytest.raises(UnknownNameError, match="unknown ground 'moon'; known: plane"):
         GROUNDS.build("moon", {})
 

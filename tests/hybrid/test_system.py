@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from amble.errors import InputError, UnknownNameError
-from amble.hybrid import Domain, HybridSystem, Transition
+from amble.hybrid import Domain, HybridSystem, Invariant, Transition
 from amble.hybrid.system import numeric
 from amble.types import frozen
 
@@ -116,3 +116,69 @@ FAULTS: list[tuple[Callable[[], HybridSystem], str]] = [
 def test_faults(build: Callable[[], HybridSystem], says: str) -> None:
     with pytest.raises(InputError, match=says):
         build()
+
+
+m = ca.MX.sym("m", 2)
+ODD: list[tuple[Callable[[], object], str]] = [
+    (lambda: Domain.from_expressions("left", m, m), "the state is no symbol of kind SX .* but of kind MX"),
+    (lambda: Domain.from_expressions("left", x, m), "rate of domain 'left' is no expression of kind SX but of kind MX"),
+    (lambda: Domain.from_expressions("left", x, "x"), "rate of domain 'left' is no expression of kind SX but a str"),
+    (lambda: Domain.from_expressions("left", x + 1, x), "the state is no symbol of kind SX"),
+    (lambda: Domain.from_expressions("left", x, x, clock=ca.SX.sym("t", 2)), "clock is a scalar symbol, not one of 2"),
+    (lambda: Domain.from_expressions("left", x, x, clock=x[0]), "occur twice"),
+    (lambda: Domain.from_expressions("left", x, x * ca.SX.sym("k")), "holds the symbol 'k', which is neither"),
+    (lambda: Domain.from_expressions("left", x, x, signals={"left foot": x}), "cannot be called 'left foot'"),
+    (lambda: Domain.from_expressions("left", x, x, signals={"jac": x}), "cannot be called 'jac'"),
+    (lambda: Domain.from_expressions("left", x, x, admissibility=m[0]), "margin of domain 'left' is no expression"),
+    (lambda: Transition.from_expressions("a", "b", x, m[0], x), "guard of 'a->b' is no expression of kind SX"),
+    (lambda: Transition.from_expressions("a", "b", x, x[0], m), "reset of 'a->b' is no expression of kind SX"),
+    (lambda: Transition.from_expressions("a", "b", m, x[0], x), "the state is no symbol"),
+    (lambda: Transition.from_expressions("a", "b", x, ca.SX.sym("level"), x), "holds the symbol 'level'"),
+]
+
+
+@pytest.mark.parametrize(("build", "says"), ODD, ids=[says for _, says in ODD])
+def test_what_is_no_expression_is_one_sentence(build: Callable[[], object], says: str) -> None:
+    with pytest.raises(InputError, match=says) as caught:
+        build()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["left stance", "links hüfte", "a__b", "1", "null", "f/r", "jac"])
+def test_a_domain_may_have_any_name(name: str) -> None:
+    built = Domain.from_expressions(name, x, ca.vertcat(x[1], -9.81))
+    step = Transition.from_expressions(name, name, x, x[0], x)
+    system = HybridSystem([built], [step])
+    assert system.cycle()[0][1].name == f"{name}->{name}"
+
+
+def test_expressions_take_parameters() -> None:
+    p, t = ca.SX.sym("p", 2), ca.SX.sym("t")
+    built = Domain.from_expressions(
+        "left", x, p[0] * x, signals={"sum": p[0] + p[1]}, admissibility=p[1], parameters=p, values=[3.0, 4.0]
+    )
+    step = Transition.from_expressions("left", "left", x, x[0] - p[1] * t, p[0] * x, clock=t, parameters=p)
+    system = HybridSystem([built], [step])
+    np.testing.assert_array_equal(numeric(built.field(0.0, [1.0, 2.0], built.parameters)), [3.0, 6.0])
+    assert float(system.transitions[0].guard(0.5, [1.0, 2.0], built.parameters)) == -1.0
+    np.testing.assert_array_equal(numeric(system.transitions[0].reset(0.0, [1.0, 2.0], built.parameters)), [3.0, 6.0])
+    with pytest.raises(InputError, match="has 1 parameters, not 2"):
+        HybridSystem([Domain.from_expressions("left", x, x, parameters=p, values=[3.0])], [step])
+
+
+def test_guards_resets_and_domains_share_their_parameters() -> None:
+    p = ca.SX.sym("p", 2)
+    with pytest.raises(InputError, match="guard of 'a->a' takes 2 parameters, and domain 'a' has 0"):
+        HybridSystem([domain("a")], [Transition.from_expressions("a", "a", x, x[0] - p[1], x, parameters=p)])
+
+
+@pytest.mark.parametrize("bound", [0.0, -1.0, float("nan")])
+def test_a_slope_bound_is_positive(bound: float) -> None:
+    with pytest.raises(InputError, match="slope bound of 'a->a'"):
+        HybridSystem([domain("a")], [replace(AROUND[0], slope_bound=bound)])
+
+
+def test_an_invariant_is_a_function_of_the_state() -> None:
+    wrong = Invariant("energy", ca.Function("e", [x], [x]))
+    with pytest.raises(InputError, match="invariant 'energy' is no function of 2 states with one value"):
+        HybridSystem([domain("a")], AROUND, invariants=[wrong])

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amble.analysis import ContactBounds, compare, contact_report, samples_of_gait, samples_of_trace
+from amble.analysis import ContactBounds, contact_report, samples_of_gait, samples_of_trace
 from amble.control import PseudoInverse
 from amble.control.actuator import ACTUATORS
 from amble.report.run import RunReport, Stability, main_table, run_results, write_run
-from tests.synthetic import SPEED, amble_pattern, synthetic_gait, synthetic_trace
+from tests.synthetic import SPEED, amble_pattern, measured, synthetic_gait, synthetic_trace
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def run() -> RunReport:
         simulated=simulated,
         cycles=3,
         two_cycles=two.motion({"drop": 1.25 * two.torques, "pinv": two.torques}),
-        comparison=compare(motions, ACTUATORS),
+        comparison=measured(motions, ACTUATORS),
         contact=contact_report(trace, amble_pattern(), ContactBounds.of_gait(synthetic_gait())),
         speed_achieved=SPEED,
         settings={"tolerance": "1e-8"},

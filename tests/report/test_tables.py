@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from amble.analysis import Comparison, ContactBounds, compare, contact_report, samples_of_gait
+from amble.analysis import Comparison, ContactBounds, contact_report, samples_of_gait
 from amble.control.actuator import ACTUATORS
 from amble.errors import InputError, UnknownNameError
 from amble.report import Table, contact_rows, contact_summary, law_table, paper_table, solver_table
@@ -11,13 +11,13 @@ from amble.report.page import FigureFile, Page, page_text
 from amble.report.paper_table import PAPER_REDUCTION, PAPER_ROWS, WHY_DIFFERENT
 from amble.report.tables import number
 from tests.hostile import allowed, hostile_name
-from tests.synthetic import amble_pattern, synthetic_gait, synthetic_trace
+from tests.synthetic import amble_pattern, measured, synthetic_gait, synthetic_trace
 
 
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
     samples = samples_of_gait(synthetic_gait())
-    return compare([samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})], ACTUATORS)
+    return measured([samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})], ACTUATORS)
 
 
 def cells(line: str) -> list[str]:

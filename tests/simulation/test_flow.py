@@ -13,7 +13,7 @@ from amble.codegen import compiled
 from amble.codegen.compiler import compiler
 from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
-from amble.simulation import flow, interpreted, native
+from amble.simulation import flow, interpreted, native, preparation
 from amble.simulation.flow import Arc, Flow, FlowDefinition
 from amble.simulation.simulate import simulate
 from tests.hybrids import GRAVITY, blow_up, bouncing_ball, clockwork, two_phases
@@ -23,7 +23,7 @@ Preparation = Callable[[HybridSystem, str], Flow]
 
 def definition(system: HybridSystem, name: str) -> FlowDefinition:
     domain = system.domain(name)
-    events = flow.event_functions(domain, system.leaving(name))
+    events = preparation.event_functions(domain, system.leaving(name))
     return FlowDefinition(domain.field, domain.parameters, events, domain.admissibility is not None, domain.breakpoints)
 
 
@@ -43,8 +43,10 @@ WAYS = [
 ]
 
 
-def run(prepare: Preparation, system: HybridSystem, start: list[float], time_limit: float = 20.0) -> Arc:
-    return prepare(system, system.domains[0].name)(np.array(start), 1e-10, time_limit, 5)
+def run(
+    prepare: Preparation, system: HybridSystem, start: list[float], time_limit: float = 20.0, max_step: float = 0.02
+) -> Arc:
+    return prepare(system, system.domains[0].name)(np.array(start), 1e-10, time_limit, 5, max_step)
 
 
 @pytest.mark.parametrize("prepare", WAYS)
@@ -144,7 +146,7 @@ def test_a_fall_is_told_from_a_transition(prepare: Preparation) -> None:
 def test_both_ways_take_the_same_steps(tolerance: float) -> None:
     start = np.array([0.0, 1.0, 0.2])
     first, second = (
-        prepare(two_phases(), "push")(start, tolerance, 20.0, 9) for prepare in (in_native_code, with_scipy)
+        prepare(two_phases(), "push")(start, tolerance, 20.0, 9, 0.02) for prepare in (in_native_code, with_scipy)
     )
     assert first.steps == second.steps
     assert first.fired == second.fired == 0
@@ -161,7 +163,7 @@ def test_the_error_follows_the_tolerance(prepare: Preparation) -> None:
     tolerances = np.logspace(-5, -11, 7)
     errors, steps = [], []
     for tolerance in tolerances:
-        arc = prepare(system, "swing")(np.array([1.0, 0.0]), tolerance, 20.0, 20)
+        arc = prepare(system, "swing")(np.array([1.0, 0.0]), tolerance, 20.0, 20, 0.02)
         exact = np.column_stack([np.cos(arc.clock), -np.sin(arc.clock)])
         errors.append(max(np.abs(arc.state - exact).max(), abs(arc.clock[-1] - np.pi)))
         steps.append(arc.steps)
@@ -214,6 +216,6 @@ def test_compiled_wrapped_and_sparse_functions_move_alike(prepare: Preparation) 
 def test_without_a_compiler_scipy_does_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = simulate(bouncing_ball(), np.array([0.0, 1.0]), 3)
     monkeypatch.setenv("AMBLE_COMPILER", "none")
-    assert isinstance(flow.prepare(bouncing_ball(), "flight"), interpreted.InterpretedFlow)
+    assert isinstance(preparation.prepare(bouncing_ball(), "flight"), interpreted.InterpretedFlow)
     found = simulate(bouncing_ball(), np.array([0.0, 1.0]), 3)
     assert found.state == pytest.approx(expected.state, abs=1e-13)

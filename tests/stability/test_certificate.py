@@ -7,8 +7,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.errors import CertificateError, InputError, Row
+from amble.errors import CertificateError, InputError
 from amble.hybrid import Domain, HybridSystem, Transition
+from amble.residual import Residual
 from amble.stability import assess, certify, difference_check, fixed_point
 from amble.stability.certificate import row_to_dict
 from tests.hybrids import travelling
@@ -23,7 +24,7 @@ def state() -> np.ndarray:
 
 def test_a_certificate_holds_its_evidence(state: np.ndarray) -> None:
     system = travelling(0.7, -1)
-    certificate = certify(system, state, [Row("friction", 0.0, 0.3, 0.6)])
+    certificate = certify(system, state, [Residual("friction", 0.0, 0.3, 0.6)])
     assert certificate.radius < 0.5
     assert 0 < certificate.error < 1e-4
     assert certificate.disagreement < 1e-7
@@ -50,7 +51,7 @@ def test_a_certificate_is_json(state: np.ndarray) -> None:
 
 
 def test_every_condition_is_in_the_certificate(state: np.ndarray) -> None:
-    above = Row("smallest normal force", 0.0, 2.0, np.inf)
+    above = Residual("smallest normal force", 0.0, 2.0, np.inf)
     certificate = certify(travelling(0.7, -1), state, [above])
     assert certificate.rows()[-1] is above
     expected = {"name": "smallest normal force", "lower": 0.0, "value": 2.0, "upper": None, "holds": True}
@@ -58,7 +59,7 @@ def test_every_condition_is_in_the_certificate(state: np.ndarray) -> None:
 
 
 def test_a_value_that_is_no_number_does_not_hold() -> None:
-    tree = row_to_dict(Row("friction", 0.0, float("nan"), 0.6))
+    tree = row_to_dict(Residual("friction", 0.0, float("nan"), 0.6))
     assert tree == {"name": "friction", "lower": 0.0, "value": None, "upper": 0.6, "holds": False}
 
 
@@ -74,12 +75,14 @@ def test_the_measured_contraction_is_checked_within_a_tenth(share: float, holds:
 
 def test_a_violated_condition_is_refused(state: np.ndarray) -> None:
     with pytest.raises(CertificateError, match=r"1 of \d+ conditions fail\n.*smallest normal force"):
-        certify(travelling(0.7, -1), state, [Row("smallest normal force", 0.0, -2.0, np.inf), Row("ok", 0, 1, 2)])
+        certify(
+            travelling(0.7, -1), state, [Residual("smallest normal force", 0.0, -2.0, np.inf), Residual("ok", 0, 1, 2)]
+        )
 
 
 def test_a_refusal_carries_every_row_that_was_checked(state: np.ndarray) -> None:
     with pytest.raises(CertificateError) as caught:
-        certify(travelling(0.7, -1), state, [Row("friction", 0.0, 0.7, 0.6)])
+        certify(travelling(0.7, -1), state, [Residual("friction", 0.0, 0.7, 0.6)])
     violated = [row.name for row in caught.value.rows if row.violation > 0]
     assert violated == ["friction"]
     assert "spectral radius plus its error bar" in [row.name for row in caught.value.rows]

@@ -6,9 +6,10 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from amble.errors import CertificateError, FallError, Row
+from amble.errors import CertificateError, FallError
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
+from amble.residual import Residual
 from amble.stability.gait_certificate import identity, refusal_to_dict
 from tests.grounds import on_friction
 
@@ -39,7 +40,7 @@ def test_a_gait_is_named(stabilised_gait: Gait) -> None:
 
 
 def test_a_refusal_names_the_rows_and_claims_nothing(stabilised_gait: Gait) -> None:
-    rows = (Row("D1 fl friction", 0.0, 0.7, 0.6), Row("spectral radius plus its error bar", 0.0, 0.5, 1.0))
+    rows = (Residual("D1 fl friction", 0.0, 0.7, 0.6), Residual("spectral radius plus its error bar", 0.0, 0.5, 1.0))
     tree = json.loads(json.dumps(refusal_to_dict(stabilised_gait, CertificateError(rows)), allow_nan=False))
     assert tree["certified"] is False
     assert "spectral_radius" not in tree

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from amble.errors import AmbleError, CertificateError, InputError, Row
+from amble.errors import AmbleError, CertificateError, InputError
 from amble.gait import DomainTrajectory, Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import load_gait
+from amble.residual import Residual
 from amble.robot import Robot
 from amble.stability import Certificate, certification, certify
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
@@ -155,7 +156,7 @@ def test_absurd_limits_are_allowed_where_told(stabilised_gait: Gait, monkeypatch
     def enough(*_: object) -> Certificate:
         raise EnoughError
 
-    found: list[tuple[Row, ...]] = []
+    found: list[tuple[Residual, ...]] = []
 
     def kept(*arguments: Any) -> Any:
         result = certified_orbit(*arguments)

@@ -115,6 +115,17 @@ def test_a_motion_that_does_not_come_back_is_a_fall() -> None:
         monodromy(bouncing_ball(0.5, floor=3.0), np.array([0.0, 1.0]))
 
 
+@pytest.mark.parametrize("below", [0.0, 1e-16])
+@pytest.mark.parametrize("power", [2, 3])
+def test_a_touched_guard_whose_gradient_vanishes_has_no_derivative(power: int, below: float) -> None:
+    x = ca.SX.sym("x", 2)
+    domain = Domain.from_expressions("arc", x, ca.vertcat(1, 0))
+    touch = below - (1 - x[0]) ** power
+    leaving = Transition.from_expressions("arc", "arc", x, touch, ca.vertcat(0, x[1]), +1)
+    with pytest.raises(WorkError, match="grazes"):
+        monodromy(HybridSystem([domain], [leaving]), np.zeros(2))
+
+
 def test_a_grazed_guard_has_no_derivative() -> None:
     x = ca.SX.sym("x", 2)
     domain = Domain.from_expressions("arc", x, ca.vertcat(1, 0))

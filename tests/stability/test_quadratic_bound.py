@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amble.errors import Row
+from amble.residual import Residual
 from amble.stability.quadratic_bound import least_eigenvalue_bound, quadratic_bound, verified_bound
 from amble.types import Matrix
 
@@ -74,4 +74,4 @@ def test_it_says_what_it_is_in_json() -> None:
     tree = found.to_dict()
     assert tree["rate"] == found.rate
     assert np.array(tree["W"]).shape == (2, 2)
-    assert isinstance(found.rows()[0], Row)
+    assert isinstance(found.rows()[0], Residual)

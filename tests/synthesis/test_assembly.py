@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.synthesis.assembly import Block, Program, assemble
+from amble.synthesis.assembly import Block, Label, Program, assemble
 
 COUNT = 7
 GENERATOR = np.random.default_rng(0)
@@ -26,7 +26,7 @@ def pair_block() -> Block:
         parameters=p,
         rows=ca.vertcat(ca.sin(w[0]) * w[1] - c[0], w[1] ** 2 * w[2] + p[0] * w[0]),
         cost=c[1] * (w[0] - w[1]) ** 2 * ca.exp(w[2]) + p[1] * w[0] ** 4,
-        labels=("sine", "square"),
+        labels=(Label("wave", "sine"), Label("power", "square")),
         columns=np.column_stack([chain, chain + 1, np.full(instances, COUNT - 1)]),
         values=CONSTANTS,
         places=tuple(f"link {k}" for k in chain),
@@ -45,7 +45,7 @@ def end_block() -> Block:
         parameters=ca.SX.sym("p", 2),
         rows=ca.vertcat(w[0] * w[1] ** 3),
         cost=ca.SX(1, 1),
-        labels=("product",),
+        labels=(Label("power", "product"),),
         columns=np.array([[0, COUNT - 1]]),
         values=np.zeros((1, 0)),
         places=("end",),
@@ -99,6 +99,8 @@ def test_values_and_derivatives(program: Program, whole: ca.Function, seed: int)
 def test_rows_are_named_and_bounded_in_order(program: Program) -> None:
     assert program.row_names[:3] == ("link 0 sine", "link 0 square", "link 1 sine")
     assert program.row_names[-1] == "end product"
+    assert list(program.row_kinds[:3]) == ["wave", "power", "wave"]
+    assert list(program.row_instances) == [*np.repeat(np.arange(COUNT - 2), 2), 0]
     assert program.lower[-1] == -1.0
     assert program.upper[1] == np.inf
     assert len(program.row_names) == program.lower.size == program.upper.size == program.nlp.numel_out(1)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import spsolve
 
 from amble.errors import NotSolvedError
@@ -16,7 +15,9 @@ from amble.synthesis import GaitProblem
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import require_full_rank, smallest_singular_value
+from amble.synthesis.refine import Split
 from amble.synthesis.result import from_gait
+from amble.synthesis.rows import RowKind
 from amble.synthesis.solve import variable_names
 from amble.types import Vector
 from amble.verification.domain_rows import sampled
@@ -41,7 +42,58 @@ def test_every_variable_has_one_place_and_one_name(small_program: GaitProgram) -
     assert len(set(names)) == layout.size
     assert "D1 node 0 rate of fr_knee" in names
     assert "D2 node 10 force rr z" in names
+    assert "D1 coefficient fl_knee 2" in names
+    assert "D1 impulse rr z" in names
     assert "period" in names
+
+
+def test_coefficients_and_impulses_are_named_by_what_they_are(small_program: GaitProgram, walking_gait: Gait) -> None:
+    """The name of a coefficient or an impulse is that of the number at its place in the gait's record."""
+    layout, names = small_program.layout, variable_names(small_program)
+    start = from_gait(small_program.problem, walking_gait, layout)
+    outputs = walking_gait.outputs
+    for domain, number in (("D1", 0), ("D2", 1)):
+        record = walking_gait.domains[number]
+        controlled = outputs.of(domain).coordinates
+        feet = walking_gait.pattern.switches[number].target.feet
+        expected = {
+            f"{domain} coefficient {name} {k}": record.coefficients[row, k]
+            for row, name in enumerate(controlled)
+            for k in range(outputs.order + 1)
+        }
+        axes = [f"{domain} impulse {foot} {axis}" for foot in feet for axis in "xyz"]
+        expected |= dict(zip(axes, record.impulse, strict=True))
+        for name, value in expected.items():
+            assert start[names.index(name)] == value
+
+
+def test_every_row_has_a_kind_of_its_own_sort(small_program: GaitProgram) -> None:
+    """Kinds are as many as the law of counting says: per node, foot, joint, output and switch."""
+    program, problem = small_program.program, small_program.problem
+    robot, nodes, intervals = problem.pattern.robot, 2 * problem.intervals + 1, problem.intervals
+    outputs = sum(len(problem.outputs.of(d.stance.name).coordinates) for d in small_program.layout.domains)
+    free = 2 * robot.size - outputs
+    counts = {
+        RowKind.DYNAMICS: 2 * nodes * robot.size,
+        RowKind.CONTACT: 2 * nodes * 6,
+        RowKind.OUTPUT: nodes * outputs,
+        RowKind.OUTPUT_RATE: nodes * outputs,
+        RowKind.OUTPUT_ACCELERATION: nodes * outputs,
+        RowKind.LAW: 2 * nodes,
+        RowKind.FRICTION: 2 * nodes * 2 * 4,
+        RowKind.HEIGHT: 2 * nodes * 2,
+        RowKind.NORMAL_FORCE: 0,  # these three are bounds of variables on level ground
+        RowKind.BASE_HEIGHT: 0,
+        RowKind.LIFT_OFF: 0,
+        RowKind.DEFECT: intervals * 4 * free,
+        RowKind.CONTINUITY: 2 * robot.size,
+        RowKind.IMPACT: 2 * (robot.size + 6),
+        RowKind.TOUCHDOWN: 2 * 4,
+        RowKind.PERIOD: 1,
+    }
+    found = {kind: int(np.sum(program.row_kinds == kind)) for kind in RowKind}
+    assert found == counts
+    assert sum(counts.values()) == len(program.row_names)
 
 
 def test_every_row_has_its_own_name(small_program: GaitProgram) -> None:
@@ -141,26 +193,14 @@ def test_order_of_convergence_of_the_transcription(walking_gait: Gait, small_pro
 
 def _end_of_first_domain(program: GaitProgram, gait: Gait) -> Vector:
     """(q, v) at the end of D1 where its entry, duration and curves are the gait's and its equality rows hold."""
-    layout, nlp = program.layout, program.program
+    layout, nlp, split = program.layout, program.program, Split.of(program)
     domain = layout.domains[0]
-    x = from_gait(gait, layout) / layout.scale
-    kinds = [domain.q[1:], domain.v[1:], domain.a, domain.u, domain.force]
-    unknowns = np.concatenate([places.ravel() for places in kinds])
-    names = np.array(nlp.row_names)
-    inside = np.array([name.startswith(("D1 node", "D1 interval")) for name in names])
-    # the entry is given, so its place on the curves is not a row to solve
-    at_entry = np.array([name.startswith("D1 node 0 output") and "acceleration" not in name for name in names])
-    inside &= ~at_entry
-    rows = np.flatnonzero(inside & (nlp.lower == nlp.upper))
-    assert rows.size == unknowns.size
+    x = from_gait(program.problem, gait, layout) / layout.scale
     for _ in range(12):
-        g, slopes = nlp.jacobian(x, program.parameters)
-        values = np.asarray(g).ravel()[rows]
-        if np.abs(values).max() < 1e-10:
+        values, slopes = nlp.linearised(x, program.parameters)
+        if np.abs(values[split.inner_rows]).max() < 1e-10:
             break
-        places = slopes.sparsity().get_triplet()
-        jacobian = csc_matrix((slopes.nonzeros(), places), shape=slopes.shape)
-        x[unknowns] -= spsolve(jacobian[rows][:, unknowns].tocsc(), values)
+        x[split.inner] -= spsolve(slopes[split.inner_rows][:, split.inner].tocsc(), values[split.inner_rows])
     else:
         pytest.fail("Newton does not converge")
     natural = x * layout.scale
@@ -184,6 +224,8 @@ def test_a_repeated_row_is_named(small_program: GaitProgram) -> None:
         nlp,
         jacobian=ca.Function("twice", [x, p], outputs),
         row_names=(*nlp.row_names, "the same again"),
+        row_kinds=np.append(nlp.row_kinds, "touchdown"),
+        row_instances=np.append(nlp.row_instances, 0),
         lower=np.append(nlp.lower, 0.0),
         upper=np.append(nlp.upper, 0.0),
     )

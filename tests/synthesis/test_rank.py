@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from amble.errors import NotSolvedError
 from amble.synthesis import GaitProblem
 from amble.synthesis.initial_guess import initial_guess
-from amble.synthesis.program import build_program
+from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import COARSE, on_coarse_mesh, require_full_rank
 
 
@@ -40,3 +41,24 @@ def test_no_speed_makes_rows_dependent(small_problem: GaitProblem, speed: float)
     """A speed that no robot walks must fail in the solver, with the rows that it violates, not here."""
     program = build_program(replace(small_problem, speed=speed))
     require_full_rank(*on_coarse_mesh(program, initial_guess(program.problem, program.layout)))
+
+
+def test_a_shorter_step_is_tried_where_rows_look_dependent(
+    small_program: GaitProgram, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A long step may leave the range of a phase; rows that depend on each other do so at every step."""
+    inside = np.clip(np.zeros(small_program.lower.size), small_program.lower, small_program.upper)
+    found: list[float] = []
+
+    def measured(program: GaitProgram, variables: np.ndarray) -> tuple[float, np.ndarray]:
+        found.append(float(np.abs(variables - inside).max()))
+        equal = int((program.program.lower == program.program.upper).sum())
+        return (1e-3 if found[-1] < limit else 1e-9), np.zeros(equal)
+
+    monkeypatch.setattr("amble.synthesis.rank.smallest_singular_value", measured)
+    limit = 0.01
+    assert require_full_rank(small_program, inside) == 1e-3
+    assert len(found) == 2
+    limit = 0.0
+    with pytest.raises(NotSolvedError, match="equality rows depend on each other"):
+        require_full_rank(small_program, inside)

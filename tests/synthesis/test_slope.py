@@ -7,8 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from amble.analysis import ContactBounds, contact_report, samples_of_gait, samples_of_trace
-from amble.analysis.allocation import AllocationLimits, allocation_metrics
+from amble.analysis import (
+    AllocationLimits,
+    ContactBounds,
+    compare,
+    contact_report,
+    samples_of_gait,
+    samples_of_trace,
+)
 from amble.control import joint_outputs
 from amble.control.actuator import PAPER
 from amble.errors import InputError
@@ -20,6 +26,7 @@ from amble.robot import catalogue
 from amble.simulation import simulate
 from amble.synthesis import GaitProblem, default_limits, gait_problem, synthesize
 from amble.synthesis.program import build_program
+from amble.synthesis.rows import RowKind
 from amble.verification.check import check
 from amble.verification.stance_model import terms
 
@@ -56,7 +63,7 @@ def test_the_robot_climbs(gait: Gait) -> None:
 
 def test_the_check_sees_another_slope(gait: Gait) -> None:
     flatter = replace(gait, pattern=replace(gait.pattern, ground=Plane(slope=np.radians(9.9))))
-    failed = {finding.family for finding in check(flatter, grid=1, tolerance=1e-4, slack=1e-2).failed}
+    failed = {row.kind for row in check(flatter, grid=1, tolerance=1e-4, slack=1e-2).failed}
     assert {"contact", "guard", "periodicity"} <= failed
 
 
@@ -101,7 +108,14 @@ def test_lift_off_on_a_slope_is_a_row_where_it_is_a_bound_on_the_level() -> None
     assert {name for name in extra if "lift-off" in name} == {
         f"D{2 * k + 1}->D{2 * k + 2} lift-off force {foot} (10 N)" for k, foot in enumerate(feet)
     }
-    assert all("lift-off force" in name or "normal force" in name or "base above the ground" in name for name in extra)
+    words = {
+        "lift-off force": RowKind.LIFT_OFF,
+        "normal force": RowKind.NORMAL_FORCE,
+        "base above the ground": RowKind.BASE_HEIGHT,
+    }
+    rows = programs[1].program
+    kinds = dict(zip(rows.row_names, rows.row_kinds, strict=True))
+    assert all([kinds[name]] == [kind for word, kind in words.items() if word in name] for name in extra)
     fixed = [np.count_nonzero(program.lower == program.upper) for program in programs]
     assert fixed[0] - fixed[1] == 4  # the normal forces at the four lift-offs
 
@@ -127,11 +141,13 @@ def test_check_monitors_and_comparison_name_the_same_forces(gait: Gait, monkeypa
     trace = simulate(closed_loop(gait), start_state(gait), 1)
     report = contact_report(trace, gait.pattern, ContactBounds.of_gait(gait))
     bounds = AllocationLimits(SLOPE.friction, 0.0, {})
-    (compared,) = allocation_metrics(samples_of_trace(trace, gait.pattern), {"pinv": gait.law}, bounds, [PAPER])
+    motions = [samples_of_gait(gait), samples_of_trace(trace, gait.pattern)]
+    nominal, compared = (entry.limits for entry in compare(motions, {"pinv": gait.law}, [PAPER], bounds).metrics)
+    assert nominal is not None
+    assert compared is not None
     assert compared.friction_used == pytest.approx(report.max_friction, rel=1e-9)
     assert compared.min_normal_force == pytest.approx(report.min_normal_force, rel=1e-9)
-    (nominal,) = allocation_metrics(samples_of_gait(gait), {"pinv": gait.law}, bounds, [PAPER])
-    rows = {finding.row.name: finding.row.value for finding in check(gait, grid=1).findings}
+    rows = {row.name: row.value for row in check(gait, grid=1).rows}
     smallest = min(value for name, value in rows.items() if " normal force " in name)
     assert nominal.min_normal_force == pytest.approx(smallest, rel=1e-6)  # check solves for the forces itself
     normal = np.asarray(SLOPE.normal(np.zeros(3)))

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from examples.extending.phase_configuration import ConfigurationPhase
 
+from amble.control import TimePhase
 from amble.errors import InputError, UnknownNameError
 from amble.hybrid import POINT, Plane
 from amble.io.units import UNITS, parse_quantity
@@ -172,6 +174,11 @@ UNKNOWN = {
         '[outputs]\nfree = { D7 = ["fl_knee"] }\n[limits]',
         "unknown domain 'D7'; known: D1, D2",
     ),
+    "phase": (
+        "[limits]",
+        '[outputs]\nphase = { name = "sundial" }\n[limits]',
+        "unknown phase 'sundial'; known: time",
+    ),
     "foot": ('name = "amble"', 'stances = [["fx"], ["fl"]]', "unknown foot 'fx'; known: fl, rl, fr, rr"),
     "base": (
         "[limits]",
@@ -256,3 +263,11 @@ def test_what_is_not_toml_is_refused(tmp_path: Path, text: str) -> None:
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read: No such file"):
         read_specification(tmp_path / "none.toml")
+
+
+def test_a_phase_is_named_with_its_parameters(tmp_path: Path) -> None:
+    coefficients = "{ D1 = { y = -1.0, roll = 0.5 } }"
+    section = f'[outputs.phase]\nname = "configuration"\nparameters = {{ coefficients = {coefficients} }}\n[limits]'
+    found = problem(tmp_path, SMALLEST.replace("[limits]", section)).outputs.phase
+    assert found == ConfigurationPhase({"D1": {"y": -1.0, "roll": 0.5}})
+    assert problem(tmp_path, SMALLEST).outputs.phase == TimePhase()

@@ -10,20 +10,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amble.control import DropActuator
+from amble.control import DropActuator, joint_outputs
 from amble.errors import InputError, NotSolvedError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
+from amble.hybrid import gait_pattern
 from amble.progress import ProgressReport
 from amble.synthesis import GaitProblem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Solution, solve
+from amble.synthesis.solve import Solution, Start, solve
+from amble.synthesis.synthesize import GaitNotSolvedError
 from amble.verification.check import check
 
 EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
-"""Families that hold at the nodes whatever the mesh."""
+"""Kinds that hold at the nodes whatever the mesh."""
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +40,8 @@ def coarse_gait(small_problem: GaitProblem, iterations: list[ProgressReport]) ->
 
 def test_a_coarse_gait_holds_at_its_nodes(coarse_gait: Gait) -> None:
     report = check(coarse_gait)
-    for family in EXACT:
-        assert report.worst[family].passed, str(report.worst[family])
+    for kind in EXACT:
+        assert report.worst[kind].passed, str(report.worst[kind])
     # five intervals of up to 60 ms: the motion between the nodes is accurate to a few mrad/s and a tenth of a mm
     assert check(coarse_gait, tolerance=5e-3, slack=0.05).passed
 
@@ -56,7 +58,10 @@ def test_the_gait_keeps_what_the_problem_asked(coarse_gait: Gait, small_problem:
 
 def test_progress_names_rows(coarse_gait: Gait, iterations: list[ProgressReport], small_program: GaitProgram) -> None:
     assert [iteration.done for iteration in iterations] == list(range(coarse_gait.solver.iterations + 1))
-    worst = [re.fullmatch(r"worst row '(.*)' violated by (\S+)", iteration.detail) for iteration in iterations]
+    worst = [
+        re.fullmatch(r"worst row '(.*)' violated by (\S+?)(?:, \d+ start values .*)?", iteration.detail)
+        for iteration in iterations
+    ]
     names, violations = zip(*[found.groups() for found in worst if found is not None], strict=True)
     assert len(names) == len(iterations)
     assert set(names) <= set(small_program.program.row_names)
@@ -77,7 +82,7 @@ def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
 
 def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: GaitProgram) -> None:
     layout = small_program.layout
-    natural = from_gait(coarse_gait, layout)
+    natural = from_gait(small_program.problem, coarse_gait, layout)
     solution = Solution(natural / layout.scale, None, coarse_gait.solver, ())
     again = to_gait(small_program.problem, layout, solution)
     for ours, theirs in zip(again.domains, coarse_gait.domains, strict=True):
@@ -111,7 +116,7 @@ def test_a_start_that_is_not_near_is_tried_again_without_its_multipliers(
     coarse_gait: Gait, small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One warm iteration is too few for any start; all iterations are counted."""
-    monkeypatch.setattr(sys.modules["amble.synthesis.synthesize"], "WARM_ITERATIONS", 1)
+    monkeypatch.setattr(sys.modules["amble.synthesis.solve"], "WARM_ITERATIONS", 1)
     neighbour = replace(small_problem, speed=small_problem.speed - 0.01)
     found = synthesize(neighbour, start=coarse_gait)
     bare = synthesize(neighbour, start=replace(coarse_gait, multipliers=None))
@@ -129,6 +134,47 @@ def test_twenty_metres_a_second_is_refused_with_rows(small_problem: GaitProblem)
     assert any("node" in row.name or "->" in row.name for row in rows)
 
 
+def test_a_gait_without_a_mirror_needs_no_more_torque_than_with_one(
+    small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A trot solved over its whole cycle, two feet landing at once; every mirrored trot is among those it may take."""
+    monkeypatch.setenv("AMBLE_COMPILER", "none")  # compiling its blocks takes longer than solving
+    gaits = []
+    for mirrored in (False, True):
+        pattern = gait_pattern(small_problem.pattern.robot, (("fr", "rl"), ("fl", "rr")), mirrored, "trot")
+        limits = replace(small_problem.limits, durations={stance.name: (0.1, 0.3) for stance in pattern.solved})
+        outputs = joint_outputs(pattern)
+        trot = replace(small_problem, pattern=pattern, outputs=outputs, limits=limits, intervals=3)
+        gaits.append(synthesize(trot, tolerance=1e-7))
+    whole, half = gaits
+    assert [len(gait.domains) for gait in gaits] == [2, 1]
+    assert all(domain.impulse.size == 6 for domain in whole.domains)
+    assert whole.solver.objective <= half.solver.objective * (1.0 + 1e-6)
+    report = check(whole, grid=1)
+    for kind in EXACT:
+        assert report.worst[kind].passed, str(report.worst[kind])
+
+
+def test_a_start_outside_its_bounds_is_moved_onto_them_and_counted(small_program: GaitProgram) -> None:
+    """Three values are put outside; progress, solution and the failure's message say three more than without them."""
+    program, generator = small_program, np.random.default_rng(2)
+    guess = initial_guess(program.problem, program.layout) / program.layout.scale
+    bounded = np.flatnonzero(np.isfinite(program.upper) & (program.lower < program.upper))
+    inside = np.clip(guess, program.lower, program.upper)
+    outside = inside.copy()
+    outside[generator.choice(bounded, 3, replace=False)] += 1e3
+    told: list[str] = []
+    for start, count in ((inside, 0), (outside, 3)):
+        solution = solve(program, Start(start), 1e-8, 1, lambda report: told.append(report.detail))
+        assert solution.projected == count
+        assert told
+        said = f", {count} start values moved onto their bounds" if count else ""
+        assert all(detail.endswith(said) and ("moved" in detail) == bool(said) for detail in told)
+        told.clear()
+        error = GaitNotSolvedError(solution, to_gait(program.problem, program.layout, solution))
+        assert (f"{count} start values lay outside their bounds" in str(error)) == (count > 0)
+
+
 def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> None:
     seen: list[int] = []
 
@@ -140,7 +186,7 @@ def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> No
 
     start = initial_guess(small_program.problem, small_program.layout) / small_program.layout.scale
     with pytest.raises(KeyboardInterrupt):
-        solve(small_program, start, progress=interrupt)
+        solve(small_program, Start(start), progress=interrupt)
     assert seen == [0, 1, 2]
 
 

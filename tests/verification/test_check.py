@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from amble.control import DropActuator
+from amble.control.phase import DomainPhase
 from amble.errors import InputError, WorkError
 from amble.gait import DomainTrajectory, Gait
 from amble.synthesis import GaitProblem, refine
 from amble.types import Vector, frozen
 from amble.verification import domain_rows
 from amble.verification.check import check
-from amble.verification.findings import CheckReport, Finding, limit, residuals
+from amble.verification.findings import CheckReport, limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
 from tests.grounds import on_friction
@@ -31,7 +32,7 @@ def changed(gait: Gait, number: int, **fields: object) -> Gait:
 
 
 def failed(report: CheckReport) -> set[str]:
-    return {finding.row.name for finding in report.failed}
+    return {row.name for row in report.failed}
 
 
 @pytest.fixture(scope="module")
@@ -41,10 +42,10 @@ def report(stabilised_gait: Gait) -> CheckReport:
 
 def test_fifteen_intervals_hold_but_for_the_rates_between_nodes(report: CheckReport) -> None:
     """Speeds above their limit by what the mesh did not see are older than the margin that the problem keeps now."""
-    residuals = [finding for finding in report.failed if finding.family != "speed"]
-    assert {finding.family for finding in residuals} <= {"motion"}, str(report)
+    residuals = [row for row in report.failed if row.kind != "speed"]
+    assert {row.kind for row in residuals} <= {"motion"}, str(report)
     # Rates of the coordinate that no output controls are the least accurate: 4e-5 in the middle of the first interval.
-    assert all(abs(finding.row.value) < 5e-5 for finding in residuals), str(report)
+    assert all(abs(row.value) < 5e-5 for row in residuals), str(report)
 
 
 def test_names_are_no_templates(stabilised_gait: Gait, report: CheckReport) -> None:
@@ -53,13 +54,13 @@ def test_names_are_no_templates(stabilised_gait: Gait, report: CheckReport) -> N
     for names in (gait.robot.foot_names, gait.robot.joint_names):
         assert any("{what}" in name for name in names)
     other = check(gait)
-    assert [finding.family for finding in other.findings] == [finding.family for finding in report.findings]
-    assert [finding.row.value for finding in other.findings] == [finding.row.value for finding in report.findings]
+    assert [row.kind for row in other.rows] == [row.kind for row in report.rows]
+    assert [row.value for row in other.rows] == [row.value for row in report.rows]
 
 
 def test_a_finer_mesh_holds_between_its_nodes_too(walking_gait: Gait, small_problem: GaitProblem) -> None:
     finer = check(refine(replace(small_problem, limits=walking_gait.limits), walking_gait))
-    assert {finding.family for finding in finer.failed} <= {"speed"}, str(finer)
+    assert {row.kind for row in finer.failed} <= {"speed"}, str(finer)
 
 
 def test_the_table_has_bounds_and_values_by_name(report: CheckReport, walking_gait: Gait) -> None:
@@ -118,9 +119,9 @@ def test_claims_about_the_whole_gait_are_named(walking_gait: Gait) -> None:
 
 def test_the_law_is_checked(walking_gait: Gait) -> None:
     dropped = replace(walking_gait, law=DropActuator(("rl_hip_pitch", "rr_hip_pitch")))
-    families = {finding.family for finding in check(dropped, grid=1).failed}
-    assert {"law", "torque", "force"} <= families
-    assert "acceleration" not in families  # the law does not change the motion
+    kinds = {row.kind for row in check(dropped, grid=1).failed}
+    assert {"law", "torque", "force"} <= kinds
+    assert "acceleration" not in kinds  # the law does not change the motion
 
 
 def test_limits_are_checked(walking_gait: Gait) -> None:
@@ -136,10 +137,8 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
         positions={"z": (5.0, 6.0)},
         touchdown_velocity=((5.0, 6.0), (5.0, 6.0), (5.0, 6.0)),
     )
-    families = {
-        finding.family for finding in check(on_friction(replace(walking_gait, limits=tighter), 0.01), grid=1).failed
-    }
-    assert families - {"motion"} == {
+    kinds = {row.kind for row in check(on_friction(replace(walking_gait, limits=tighter), 0.01), grid=1).failed}
+    assert kinds - {"motion"} == {
         "duration",
         "normal force",
         "friction",
@@ -158,8 +157,8 @@ def test_a_feedback_that_does_not_return_is_named(stabilised_gait: Gait, report:
     start = np.array(stabilised_gait.feedback.start)
     start[-1] += 1e-3
     moved = replace(stabilised_gait, feedback=replace(stabilised_gait.feedback, start=frozen(start)))
-    families = {finding.family for finding in check(moved, grid=1).failed}
-    assert families - {"motion", "speed"} == {"feedback"}
+    kinds = {row.kind for row in check(moved, grid=1).failed}
+    assert kinds - {"motion", "speed"} == {"feedback"}
 
 
 def test_a_motion_that_cannot_be_integrated_fails_by_name(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,7 +167,7 @@ def test_a_motion_that_cannot_be_integrated_fails_by_name(walking_gait: Gait, mo
 
     monkeypatch.setattr(domain_rows, "integrate", impossible)
     report = check(walking_gait, grid=1)
-    assert {finding.family for finding in report.failed} - {"speed"} == {"motion"}
+    assert {row.kind for row in report.failed} - {"speed"} == {"motion"}
     assert "D1 motion x" in failed(report)
 
 
@@ -184,7 +183,14 @@ def test_integration_is_accurate_where_the_answer_is_known(walking_gait: Gait) -
     names = walking_gait.outputs.of(domain.name).coordinates
     columns = [walking_gait.robot.coordinate_index(name) for name in names]
     weights = np.eye(walking_gait.robot.size)[columns][:, 3:]
-    loop = OutputDynamics(weights, weights.T @ domain.coefficients, domain.duration, walking_gait.gains)
+    loop = OutputDynamics(
+        weights=weights,
+        references=weights.T @ domain.coefficients,
+        duration=domain.duration,
+        gains=walking_gait.gains,
+        domain=DomainPhase(phase=walking_gait.outputs.phase, robot=walking_gait.robot, stance=stance),
+        phase_numbers=domain.phase_numbers,
+    )
     times = np.linspace(0.0, domain.duration, 5)
     q, v = integrate(walking_gait.pattern.contacts(stance), loop, domain.positions[0], domain.velocities[0], times)
     value, rate = loop.errors(times, q, v)
@@ -229,8 +235,8 @@ def test_fine_grid_holds_the_nodes() -> None:
 
 def test_a_residual_row_is_the_worst_point() -> None:
     rows = residuals("motion", ["a", "b"], np.array([[0.0, 1.0], [2.0, np.nan], [-4.0, 3.0]]), NO_TIMES, 1.0, 2.0)
-    assert (rows[0].row.value, rows[0].time, rows[0].passed) == (-2.0, 2.0, False)
-    assert np.isnan(rows[1].row.value)
+    assert (rows[0].value, rows[0].time, rows[0].passed) == (-2.0, 2.0, False)
+    assert np.isnan(rows[1].value)
     assert not rows[1].passed
 
 
@@ -245,6 +251,6 @@ def test_a_residual_row_is_the_worst_point() -> None:
     ],
 )
 def test_a_limit_row_is_the_worst_point(values: list[float], slack: float, value: float, passed: bool) -> None:
-    finding: Finding = limit("speed", "a", np.array(values), NO_TIMES, (-1.0, 1.0), slack)
-    np.testing.assert_equal(finding.row.value, value)
-    assert finding.passed is passed
+    row = limit("speed", "a", np.array(values), NO_TIMES, (-1.0, 1.0), slack)
+    np.testing.assert_equal(row.value, value)
+    assert row.passed is passed

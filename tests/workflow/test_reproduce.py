@@ -13,10 +13,11 @@ from typing import Any
 
 import pytest
 
-from amble.errors import CertificateError, Row, WorkError
+from amble.errors import CertificateError, WorkError
 from amble.gait import Gait
 from amble.progress import ProgressReport
 from amble.report.run import run_files
+from amble.residual import Residual
 from amble.stability.stabilize import Stabilized, Step
 from amble.workflow import Run, reproduce
 from amble.workflow.specified import PosedProblem, pose
@@ -67,7 +68,7 @@ def test_a_refusal_leaves_nothing_of_an_earlier_run(
     posed: PosedProblem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refused(*_: object, **__: object) -> None:
-        raise CertificateError([Row("friction", 0.0, 0.7, 0.6)])
+        raise CertificateError([Residual("friction", 0.0, 0.7, 0.6)])
 
     monkeypatch.setattr(certification, "certify", refused)
     earlier_run(tmp_path)

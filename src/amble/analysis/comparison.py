@@ -1,12 +1,15 @@
-"""Allocation laws side by side along the same trajectory: the paper's Table 1 as records."""
+"""Allocation laws side by side along the same motions: what each costs, and how close it comes to the limits."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from amble.analysis.energy import TorqueMetrics, torque_metrics
-from amble.analysis.motion import Motion
+from amble.analysis.limit_use import AllocationLimits, LimitUse, limit_use
+from amble.analysis.reallocation import reallocate
+from amble.analysis.samples import Samples
+from amble.control import AllocationLaw
 from amble.control.actuator import Actuator
 from amble.errors import InputError, UnknownNameError
 
@@ -24,18 +27,57 @@ class Reduction:
     rms_torque: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class LawMetrics:
+    """What one law does along one motion.
+
+    Attributes:
+        law: label of the law.
+        motion: label of the motion.
+        energy: actuator model -> cost of transport and torques.
+        limits: how close it comes to the limits; None where it was not held against any.
+    """
+
+    law: str
+    motion: str
+    energy: Mapping[str, TorqueMetrics]
+    limits: LimitUse | None = None
+
+    @property
+    def torques(self) -> TorqueMetrics:
+        """The numbers that are the same for every actuator model: peak and RMS torque."""
+        return next(iter(self.energy.values()))
+
+
 @dataclass(frozen=True)
 class Comparison:
     """Metrics of several laws, along several motions, for several actuator models."""
 
-    metrics: tuple[TorqueMetrics, ...]
+    metrics: tuple[LawMetrics, ...]
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Labels of the laws, in the order in which they were given."""
+        return tuple(dict.fromkeys(entry.law for entry in self.metrics))
+
+    def along(self, motion: str) -> tuple[LawMetrics, ...]:
+        """Return what every law does along one motion.
+
+        Raises:
+            UnknownNameError: where there is no such motion.
+        """
+        found = tuple(entry for entry in self.metrics if entry.motion == motion)
+        if not found:
+            raise UnknownNameError("motion", motion, dict.fromkeys(entry.motion for entry in self.metrics))
+        return found
 
     def __str__(self) -> str:
         """Return one line for every law, motion and actuator model, in columns."""
         rows = [["motion", "law", "actuator", "CoT", "peak torque (N m)", "RMS torque (N m)"]]
         for entry in self.metrics:
-            numbers = [f"{value:.4g}" for value in (entry.cot, entry.peak_torque, entry.rms_torque)]
-            rows.append([entry.motion, entry.law, entry.actuator, *numbers])
+            for model, energy in entry.energy.items():
+                numbers = [f"{value:.4g}" for value in (energy.cot, energy.peak_torque, energy.rms_torque)]
+                rows.append([entry.motion, entry.law, model, *numbers])
         widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
         return "\n".join(
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
@@ -47,14 +89,12 @@ class Comparison:
         Raises:
             UnknownNameError: where there is no such law, motion or actuator.
         """
-        for kind, name in (("law", law), ("motion", motion), ("actuator", actuator)):
-            known = dict.fromkeys(getattr(entry, kind) for entry in self.metrics)
-            if name not in known:
-                raise UnknownNameError(kind, name, known)
-        for entry in self.metrics:
-            if (entry.law, entry.motion, entry.actuator) == (law, motion, actuator):
-                return entry
-        raise InputError(f"no metrics of law '{law}' on the {motion} motion with actuator '{actuator}'")
+        entries = {entry.law: entry for entry in self.along(motion)}
+        if law not in entries:
+            raise UnknownNameError("law", law, entries)
+        if actuator not in entries[law].energy:
+            raise UnknownNameError("actuator", actuator, entries[law].energy)
+        return entries[law].energy[actuator]
 
     def reduction(self, baseline: str, law: str, motion: str, actuator: str) -> Reduction:
         """Compare a law with a baseline on one motion with one actuator model.
@@ -74,22 +114,43 @@ class Comparison:
         )
 
 
-def compare(motions: Sequence[Motion], actuators: Sequence[Actuator]) -> Comparison:
-    """Evaluate every law of every motion with every actuator model.
+def compare(
+    motions: Sequence[Samples],
+    laws: Mapping[str, AllocationLaw],
+    actuators: Sequence[Actuator],
+    limits: AllocationLimits | None = None,
+) -> Comparison:
+    """Evaluate every law along every motion with every actuator model.
 
     Args:
-        motions: the trajectories, each with the torques of its laws.
-        actuators: the models.
+        motions: the motions, whichever law walked them.
+        laws: label -> law; labels tell laws of one kind with different parameters apart.
+        actuators: models for the cost of transport.
+        limits: what torques and contact forces are held against, where they are.
 
     Raises:
-        InputError: where a motion cannot be integrated, or two motions have the same label.
+        InputError: where no law is given, a law does not fit a stance, a motion cannot be integrated, or two motions
+            have the same label.
     """
-    labels = [motion.label for motion in motions]
+    labels = [samples.label for samples in motions]
     if len(set(labels)) != len(labels):
         raise InputError(f"two motions have the same label: {', '.join(labels)}")
-    return Comparison(
-        tuple(torque_metrics(motion, law, model) for motion in motions for law in motion.torques for model in actuators)
-    )
+    if not laws:
+        raise InputError("no allocation law was given to compare")
+    found = []
+    for samples in motions:
+        for label, law in laws.items():
+            applied = reallocate(samples, [law])[law.name]
+            motion = samples.motion({label: applied.torques})
+            found.append(
+                LawMetrics(
+                    law=label,
+                    motion=samples.label,
+                    energy={model.name: torque_metrics(motion, label, model) for model in actuators},
+                    limits=None if limits is None else limit_use(samples, applied, limits),
+                )
+            )
+    return Comparison(tuple(found))
 
 
 def _percent(before: float, after: float) -> float:

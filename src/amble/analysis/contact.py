@@ -13,25 +13,12 @@ from numpy.typing import NDArray
 
 from amble.analysis.bounds import ContactBounds
 from amble.analysis.samples import signal, stance_indices
-from amble.errors import Row
 from amble.hybrid import GaitPattern
+from amble.residual import Residual, worst_first
 from amble.simulation import Trace
 from amble.types import IntegerVector, NodeValues, Vector, frozen
 
 Mask = NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Worst:
-    """The worst value of one monitored quantity over a whole motion: the row, and when the value occurred."""
-
-    row: Row
-    time: float
-    cycle: int
-
-    def __str__(self) -> str:
-        """The row, then time and cycle."""
-        return f"{self.row} at {self.time:.4f} s, cycle {self.cycle}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +51,7 @@ class ContactReport:
     min_pivot: float
     pulls: int
     samples: int
-    rows: tuple[Worst, ...]
+    rows: tuple[Residual, ...]
     normal_forces: Vector
     frictions: Vector
     penetrations: Vector
@@ -72,10 +59,9 @@ class ContactReport:
     sound_from: int | None
 
     @property
-    def violations(self) -> tuple[Worst, ...]:
+    def violations(self) -> tuple[Residual, ...]:
         """The rows outside their bounds, worst first."""
-        outside = [worst for worst in self.rows if worst.row.violation > 0.0]
-        return tuple(sorted(outside, key=lambda worst: -worst.row.violation))
+        return worst_first(row for row in self.rows if not row.passed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +99,7 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
     sound = (normal > 0.0) & (friction <= bounds.friction) & ~pulling
     rows = [*_foot_rows(trace, pattern, stances, feet, bounds), *_joint_rows(trace, pattern, bounds)]
     pivot = signal(trace, "pivot")[:, 0]
-    rows.append(_worst("pivot of the decoupling equations", pivot, (bounds.pivot, np.inf), trace, lowest=True))
+    rows.append(_worst("pivot of the decoupling equations", "pivot", pivot, (bounds.pivot, np.inf), trace, lowest=True))
     return ContactReport(
         min_normal_force=float(normal.min()),
         max_friction=float(friction.max()),
@@ -161,7 +147,7 @@ def _where_phase_began(foot: NodeValues, down: Mask) -> NodeValues:
 
 def _foot_rows(
     trace: Trace, pattern: GaitPattern, stances: IntegerVector, feet: _Feet, bounds: ContactBounds
-) -> list[Worst]:
+) -> list[Residual]:
     """One row per stance, foot and quantity that has a meaning there."""
     rows = []
     for number, stance in enumerate(pattern.stances):
@@ -172,16 +158,22 @@ def _foot_rows(
             where = f"{stance.name} {foot}"
             if foot not in stance.feet:
                 height = feet.height[:, column]
-                rows.append(_worst(f"{where} height", height, (-bounds.penetration, np.inf), trace, True, inside))
+                rows.append(
+                    _worst(f"{where} height", "height", height, (-bounds.penetration, np.inf), trace, True, inside)
+                )
                 continue
             normal, friction, drift = (values[:, column] for values in (feet.normal, feet.friction, feet.drift))
-            rows.append(_worst(f"{where} normal force", normal, (bounds.normal_force, np.inf), trace, True, inside))
-            rows.append(_worst(f"{where} friction", friction, (0.0, bounds.friction), trace, False, inside))
-            rows.append(_worst(f"{where} drift", drift, (0.0, bounds.drift), trace, False, inside))
+            rows.append(
+                _worst(
+                    f"{where} normal force", "normal force", normal, (bounds.normal_force, np.inf), trace, True, inside
+                )
+            )
+            rows.append(_worst(f"{where} friction", "friction", friction, (0.0, bounds.friction), trace, False, inside))
+            rows.append(_worst(f"{where} drift", "drift", drift, (0.0, bounds.drift), trace, False, inside))
     return rows
 
 
-def _joint_rows(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) -> list[Worst]:
+def _joint_rows(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) -> list[Residual]:
     """Largest |torque| and |speed| of every joint that has such a limit."""
     robot = pattern.robot
     torque = np.abs(signal(trace, "torque"))
@@ -190,24 +182,25 @@ def _joint_rows(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) -> li
     for column, joint in enumerate(robot.joint_names):
         for what, values, limits in (("torque", torque, bounds.torques), ("speed", speed, bounds.speeds)):
             if joint in limits:
-                rows.append(_worst(f"{joint} {what}", values[:, column], (0.0, limits[joint]), trace, False))
+                rows.append(_worst(f"{joint} {what}", what, values[:, column], (0.0, limits[joint]), trace, False))
     return rows
 
 
 def _worst(
     name: str,
+    kind: str,
     values: Vector,
     bounds: tuple[float, float],
     trace: Trace,
     lowest: bool,
     inside: Mask | None = None,
-) -> Worst:
+) -> Residual:
     """Find the lowest or highest value, among the samples inside, and when it occurred."""
     candidates = np.arange(len(values)) if inside is None else np.flatnonzero(inside)
     chosen = values[candidates]
     index = int(candidates[np.argmin(chosen) if lowest else np.argmax(chosen)])
-    row = Row(name, bounds[0], float(values[index]), bounds[1])
-    return Worst(row, float(trace.time[index]), int(trace.cycle[index]))
+    time, cycle = float(trace.time[index]), int(trace.cycle[index])
+    return Residual(name, bounds[0], float(values[index]), bounds[1], kind=kind, time=time, cycle=cycle)
 
 
 def _sound_from(sound: Mask, cycles: IntegerVector) -> int | None:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from amble.analysis.allocation import AllocationLimits, LawMetrics, allocation_metrics
 from amble.analysis.comparison import Comparison, compare
+from amble.analysis.limit_use import AllocationLimits
 from amble.analysis.motion import Motion
 from amble.analysis.reallocation import reallocate
 from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace
@@ -71,49 +71,31 @@ def labelled(laws: Sequence[AllocationLaw]) -> dict[str, AllocationLaw]:
     return {law.name if names.count(law.name) == 1 else f"{law.name} ({_values(law)})": law for law in laws}
 
 
-def compare_laws(gait: Gait, laws: Sequence[AllocationLaw], trace: Trace | None = None) -> Comparison:
+def compare_laws(
+    gait: Gait, laws: Mapping[str, AllocationLaw] | Sequence[AllocationLaw] | None = None, trace: Trace | None = None
+) -> Comparison:
     """Evaluate laws along the optimised motion and, where a trace is given, along the simulated one.
 
     Args:
-        gait: the gait.
-        laws: the laws, at least one, of different names.
-        trace: a simulation of the gait.
-
-    Raises:
-        InputError: no law is given, two have the same name, or one does not fit a stance.
-    """
-    if not laws:
-        raise InputError("no allocation law was given to compare")
-    motions = [samples_of_gait(gait)]
-    if trace is not None:
-        motions.append(samples_of_trace(trace, gait.pattern))
-    return compare([with_laws(samples, laws) for samples in motions], ACTUATORS)
-
-
-def with_laws(samples: Samples, laws: Sequence[AllocationLaw]) -> Motion:
-    """Return a motion with the torques that each law applies on it."""
-    return samples.motion({name: found.torques for name, found in reallocate(samples, laws).items()})
-
-
-def compare_allocations(
-    gait: Gait, laws: Mapping[str, AllocationLaw] | None = None, samples: Samples | None = None
-) -> tuple[LawMetrics, ...]:
-    """Evaluate laws along one motion of a gait.
-
-    Args:
         gait: the gait; its limits are what the laws are held against, torques also against the robot's own.
-        laws: label -> law; every law that applies where none is given.
-        samples: the motion; the optimised one where none is given.
+        laws: label -> law, or laws, which are labelled then; every law that applies where none is given.
+        trace: a simulation of the gait.
 
     Raises:
         InputError: ``laws`` is empty, or a law does not fit a stance or the robot.
     """
-    joints = gait.robot.joints
-    torques = {joint.name: min(joint.effort, gait.limits.torques.get(joint.name, joint.effort)) for joint in joints}
-    limits = AllocationLimits(gait.pattern.ground.friction, gait.limits.normal_force, torques)
-    motion = samples_of_gait(gait) if samples is None else samples
-    chosen = every_law(gait).laws if laws is None else laws
-    return allocation_metrics(motion, chosen, limits, ACTUATORS)
+    motions = [samples_of_gait(gait)]
+    if trace is not None:
+        motions.append(samples_of_trace(trace, gait.pattern))
+    if laws is None:
+        laws = every_law(gait).laws
+    chosen = laws if isinstance(laws, Mapping) else labelled(laws)
+    return compare(motions, chosen, ACTUATORS, AllocationLimits.of(gait))
+
+
+def with_laws(samples: Samples, laws: Mapping[str, AllocationLaw]) -> Motion:
+    """Return a motion with the torques that each law applies on it, by label."""
+    return samples.motion({label: reallocate(samples, [law])[law.name].torques for label, law in laws.items()})
 
 
 def _applicable(candidates: Mapping[str, Callable[[], AllocationLaw]]) -> LawChoice:

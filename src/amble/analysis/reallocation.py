@@ -75,20 +75,11 @@ def _reallocation(contacts: Contacts, law: AllocationLaw) -> ca.Function:
     joints = len(robot.joints)
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
     u, forces = ca.SX.sym("u", joints), ca.SX.sym("lambda", contacts.size)
-    torque_basis, force_basis = contacts.torque_null_space(q)
-    if torque_basis.shape[1] == 0:
+    given = Redundancy.at(contacts, (q, v), (u, forces))
+    if given.size == 0:
         return ca.Function("reallocation", [q, v, u, forces], [u, forces])
     # to the minimum-norm member first, from which a law chooses
-    back = -SymmetricFactor.of(torque_basis.T @ torque_basis).solve(torque_basis.T @ u)
-    least, least_forces = u + torque_basis @ back, forces + force_basis @ back
-    redundancy = Redundancy(
-        contacts=contacts,
-        points=contacts.points(q),
-        torques=least,
-        torque_basis=torque_basis,
-        forces=least_forces,
-        force_basis=force_basis,
-        speeds=v[robot.size - joints :],
-    )
-    s = law.allocate(redundancy)
-    return ca.Function("reallocation", [q, v, u, forces], [least + torque_basis @ s, least_forces + force_basis @ s])
+    N = given.torque_basis
+    least = given.moved(-SymmetricFactor.of(N.T @ N).solve(N.T @ u))
+    chosen = least.moved(law.allocate(least))
+    return ca.Function("reallocation", [q, v, u, forces], [chosen.torques, chosen.forces])

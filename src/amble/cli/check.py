@@ -14,8 +14,9 @@ from amble.errors import WorkError
 
 if TYPE_CHECKING:
     from amble.gait import Gait
+    from amble.residual import Residual
     from amble.types import Json
-    from amble.verification.findings import CheckReport, Finding
+    from amble.verification.findings import CheckReport
 
 
 def check(
@@ -24,7 +25,7 @@ def check(
         Path | None, typer.Option(help="URDF of the robot that the gait must have been made for.", show_default=False)
     ] = None,
     grid: Annotated[int, typer.Option(min=1, help="Points in every spacing of the gait's nodes.")] = GRID,
-    every: Annotated[bool, typer.Option("--all", help="Print every row, not the worst of each family.")] = False,
+    every: Annotated[bool, typer.Option("--all", help="Print every row, not the worst of each kind.")] = False,
 ) -> None:
     """Check dynamics, contacts, outputs, impacts, periodicity and limits of a gait, between its nodes too."""
     from amble.verification.check import check as recompute
@@ -33,12 +34,12 @@ def check(
     with progress("checking") as tell:
         report = recompute(walker, grid, progress=tell)
     if every:
-        for finding in report.findings:
-            show(str(finding))
+        for row in report.rows:
+            show(str(row))
     show(str(report))
     result(**_tree(report, every))
     if not report.passed:
-        raise WorkError(f"the gait does not hold: {len(report.failed)} of {len(report.findings)} rows fail")
+        raise WorkError(f"the gait does not hold: {len(report.failed)} of {len(report.rows)} rows fail")
 
 
 def read(path: Path, robot: Path | None) -> Gait:
@@ -63,17 +64,16 @@ def read(path: Path, robot: Path | None) -> Gait:
 
 
 def _tree(report: CheckReport, every: bool) -> Json:
-    """Counts, the rows that fail, and the worst row of every family or all rows."""
-    chosen = report.findings if every else tuple(report.worst.values())
+    """Counts, the rows that fail, and the worst row of every kind or all rows."""
+    chosen = report.rows if every else tuple(report.worst.values())
     return {
         "passed": report.passed,
-        "rows": len(report.findings),
-        "failed": [_row(finding) for finding in report.failed],
-        "findings" if every else "worst": [_row(finding) for finding in chosen],
+        "rows": len(report.rows),
+        "failed": [_row(row) for row in report.failed],
+        "all" if every else "worst": [_row(row) for row in chosen],
     }
 
 
-def _row(finding: Finding) -> Json:
-    row = finding.row
+def _row(row: Residual) -> Json:
     numbers = {"lower": row.lower, "value": row.value, "upper": row.upper}
-    return {"family": finding.family, "name": row.name, **numbers, "passed": finding.passed}
+    return {"kind": row.kind, "name": row.name, **numbers, "passed": row.passed}

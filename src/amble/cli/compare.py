@@ -24,11 +24,10 @@ def compare(
     ] = None,
 ) -> None:
     """Tabulate cost, torques, friction and active limits of allocation laws along the same motion."""
-    from amble.analysis import LawChoice, compare_allocations, every_law, samples_of_trace
-    from amble.analysis.laws import labelled
+    from amble.analysis import LawChoice, compare_laws, every_law, labelled
     from amble.gait.files import load_gait
     from amble.report import write_results
-    from amble.report.allocation import allocation_figure, allocation_results, allocation_table
+    from amble.report.allocation import allocation_figure, allocation_results, law_table
     from amble.report.figures import require_matplotlib, save
     from amble.simulation import load_trace
 
@@ -37,12 +36,12 @@ def compare(
     walker = load_gait(gait)
     asked = [laws.parse_law(word, walker.pattern) for word in law or ()]
     chosen = LawChoice(labelled(asked), {}) if asked else every_law(walker)
-    motions = [None] if trace is None else [None, samples_of_trace(load_trace(trace), walker.pattern)]
+    simulated = None if trace is None else load_trace(trace)
     with progress("comparing"):
-        found = [compare_allocations(walker, chosen.laws, samples) for samples in motions]
-    for metrics in found:
-        show(allocation_table(metrics, chosen.notes).text())
-    numbers = allocation_results([entry for metrics in found for entry in metrics])
+        found = compare_laws(walker, chosen.laws, simulated)
+    for motion in dict.fromkeys(entry.motion for entry in found.metrics):
+        show(law_table(found, motion, notes=chosen.notes).text())
+    numbers = allocation_results(found)
     result(allocation=numbers, omitted=dict(chosen.omitted))
     if out is not None:
         wrote(write_results(out, {"allocation": numbers}))

@@ -78,11 +78,12 @@ class Unit:
     def source(self) -> str:
         """C text of the functions and their derivatives."""
         generator = ca.CodeGenerator(f"{identifier(self.name)}.c", {"with_header": False})
+        functions: list[ca.Function] = []
         for function in self.written():
+            functions += [function, *(derivative(function, prefix) for prefix in self.derivatives)]
+        for function in functions:
             generator.add(function)
-            for prefix in self.derivatives:
-                generator.add(derivative(function, prefix))
-        return cut_into_parts(str(generator.dump()))
+        return cut_into_parts(str(generator.dump()), functions)
 
 
 def compiled(function: ca.Function, derivatives: Sequence[str] = ()) -> ca.Function:

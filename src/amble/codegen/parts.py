@@ -7,9 +7,14 @@ same bit for bit.
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+import casadi as ca
+
+logger = logging.getLogger("amble")
 
 PART = 500
 """Statements a part. For 77,000 instructions gcc -O1 took 11.5 s with 250, 13.6 with 500, 14.9 with 2000, 56 whole."""
@@ -44,11 +49,19 @@ class _Part:
     kept: frozenset[str]
 
 
-def cut_into_parts(text: str, size: int = PART) -> str:
-    """Cut every straight-line function of more than two parts' length; other functions stay as they are."""
+def cut_into_parts(text: str, functions: Sequence[ca.Function], size: int = PART) -> str:
+    """Cut every straight-line function of more than two parts' length; other functions stay as they are.
+
+    Where a long one could not be cut, since casadi writes it in a form that is not known here, a notice is logged.
+
+    Args:
+        text: C text that casadi generated.
+        functions: what it was generated from.
+        size: statements a part.
+    """
     lines = text.split("\n")
     out: list[str] = []
-    position = 0
+    position = done = 0
     while position < len(lines):
         head = _HEAD.fullmatch(lines[position])
         if head is None:
@@ -58,8 +71,20 @@ def cut_into_parts(text: str, size: int = PART) -> str:
         end = lines.index("}", position)
         body = lines[position + 1 : end]
         cut = _cut(head.group(1), lines[position], body, size)
+        done += cut is not None
         out.extend(cut or lines[position : end + 1])
         position = end + 1
+    # inputs, operations and results are one line each; the margin is for those that need none
+    long = [f for f in functions if f.is_a("SXFunction") and f.n_instructions() > 4 * size]
+    if done < len(long):
+        logger.warning(
+            "of %d long functions (%s) %d are compiled in parts and the others in one piece, which may take minutes: "
+            "casadi %s writes C in a form that amble does not know",
+            len(long),
+            ", ".join(f.name() for f in long),
+            done,
+            ca.__version__,
+        )
     return "\n".join(out)
 
 

@@ -1,4 +1,4 @@
-"""Outputs, input-output linearisation, allocation laws, actuator models."""
+"""Phase, outputs, input-output linearisation, allocation laws, actuator models."""
 
 from amble.control.allocation import (
     AllocationLaw,
@@ -14,8 +14,10 @@ from amble.control.allocation import (
     margins,
 )
 from amble.control.outputs import DomainOutputs, Outputs, joint_outputs
+from amble.control.phase import PHASES, Phase, PhaseNumber, TimePhase
 
 __all__ = [
+    "PHASES",
     "AllocationLaw",
     "BoundedMinimumNorm",
     "ContactLimits",
@@ -24,8 +26,11 @@ __all__ = [
     "MinimumPeak",
     "MinimumPower",
     "Outputs",
+    "Phase",
+    "PhaseNumber",
     "PseudoInverse",
     "Redundancy",
+    "TimePhase",
     "WeightedMinimumNorm",
     "joint_outputs",
     "law_from",

@@ -11,6 +11,7 @@ import casadi as ca
 from amble.codegen import compile_all
 from amble.control.allocation import AllocationLaw
 from amble.control.linearisation import Linearised, linearise
+from amble.control.phase import Phase, TimePhase
 from amble.control.sensitivity import sensitivity
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
@@ -54,7 +55,11 @@ class StanceLoop:
 
 
 def stance_loops(
-    pattern: GaitPattern, law: AllocationLaw, outputs: Sequence[int], order: int
+    pattern: GaitPattern,
+    law: AllocationLaw,
+    outputs: Sequence[int],
+    order: int,
+    phase: Phase | None = None,
 ) -> tuple[StanceLoop, ...]:
     """Compile the closed loops of the solved stances of a pattern.
 
@@ -63,22 +68,20 @@ def stance_loops(
         law: the allocation law.
         outputs: number of outputs of each solved stance.
         order: order of the reference curves; the parameters are packed as in ``VirtualConstraints.packed``.
+        phase: the phase of the references; time where none is given.
 
     Raises:
-        InputError: the law is not hashable.
+        InputError: the law or the phase is not hashable.
     """
-    try:
-        hash(law)
-    except TypeError:
-        raise InputError(
-            f"allocation law '{law.name}' has no hash; make it a frozen dataclass of such values"
-        ) from None
+    phase = phase or TimePhase()
+    _require_hash(f"allocation law '{law.name}'", law)
+    _require_hash(f"phase '{phase.name}'", phase)
     sources: dict[str, Sequence[ca.Function]] = {}
     derivatives: dict[str, tuple[str, ...]] = {}
     for switch, count in zip(pattern.switches, outputs, strict=True):
         name = switch.source.name
         contacts, landed = pattern.contacts(switch.source), pattern.contacts(switch.target)
-        flow, events = _functions(contacts, landed, law, switch, count, order)
+        flow, events = _functions(contacts, landed, law, switch, count, order, phase)
         sources |= {f"loop_{name}": flow, f"switch_{name}": events}
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)
@@ -86,18 +89,31 @@ def stance_loops(
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
 
 
+def _require_hash(what: str, value: object) -> None:
+    try:
+        hash(value)
+    except TypeError:
+        raise InputError(f"{what} has no hash; make it a frozen dataclass of such values") from None
+
+
 @lru_cache(maxsize=32)
 def _functions(
-    contacts: Contacts, landed: Contacts, law: AllocationLaw, switch: Switch, outputs: int, order: int
+    contacts: Contacts,
+    landed: Contacts,
+    law: AllocationLaw,
+    switch: Switch,
+    outputs: int,
+    order: int,
+    phase: Phase,
 ) -> tuple[tuple[ca.Function, ...], tuple[ca.Function, ...]]:
     """Write the functions of one stance as expressions: those of the flow, and those of the event that ends it."""
     robot = contacts.robot
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
-    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, order)
+    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, order, phase)
     p = constraints.packed()
-    loop = linearise(contacts, law, q, v, t, constraints)
-    slope = sensitivity(contacts, loop, q, v, t, constraints)
+    loop = linearise(contacts, law, q, v, constraints.phase_rates(robot, switch.source, t, q, v), constraints)
+    slope = sensitivity(contacts, loop, q, v, constraints)
     jacobian = ca.densify(
         ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
     )

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from amble.control.phase import Phase, TimePhase
 from amble.errors import InputError, UnknownNameError
 from amble.hybrid import Contacts, GaitPattern, Stance
 from amble.robot import Robot, kinematics
 from amble.types import Matrix, Vector
+
+LARGEST_ORDER = 14
+"""Order in which the closed loop writes every reference curve; a curve of higher order does not fit into it."""
 
 LATERAL = 0.9
 """Share of a joint's axis along the base's y axis from which the joint counts as a pitch joint."""
@@ -26,19 +30,24 @@ class DomainOutputs:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The outputs of every solved domain of a pattern and the order of their Bezier curves."""
+    """The outputs of every solved domain of a pattern, the order of their Bezier curves and the phase they run on."""
 
     domains: tuple[DomainOutputs, ...]
     order: int
+    phase: Phase = field(default_factory=TimePhase)
 
     def __post_init__(self) -> None:
         """Check the order.
 
         Raises:
-            InputError: the curves cannot meet position and rate at both ends.
+            InputError: the curves cannot meet position and rate at both ends, or do not fit into the closed loop.
         """
         if self.order < 3:
             raise InputError(f"the order of the output curves is {self.order}; at least 3 is needed to meet both ends")
+        if self.order > LARGEST_ORDER:
+            raise InputError(
+                f"the order of the output curves is {self.order}; the closed loop takes up to {LARGEST_ORDER}"
+            )
 
     def of(self, domain: str) -> DomainOutputs:
         """Look the outputs of a domain up."""
@@ -68,14 +77,20 @@ def actuated_freedoms(contacts: Contacts) -> int:
     return left
 
 
-def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Sequence[str]] | None = None) -> Outputs:
+def joint_outputs(
+    pattern: GaitPattern,
+    order: int = 4,
+    free: Mapping[str, Sequence[str]] | None = None,
+    phase: Phase | None = None,
+) -> Outputs:
     """Control all joints but as many as the stance leaves unactuated.
 
     Args:
         pattern: the gait pattern.
-        order: order of the Bezier curves, at least 3.
+        order: order of the Bezier curves, 3 to 14.
         free: solved domain -> joints left out. By default, for two stance feet, the pitch joint of the rear stance
             leg: of the leg whose hip lies further back, the first joint whose axis is lateral.
+        phase: the variable that the curves run on; by default time since the entry of the domain.
 
     Raises:
         InputError: the number of joints left out does not fit the stance, or none is known by default.
@@ -90,7 +105,7 @@ def joint_outputs(pattern: GaitPattern, order: int = 4, free: Mapping[str, Seque
         given = (free or {}).get(stance.name)  # an empty list means that no joint is left out
         left_out = rear_hip_pitch(pattern, stance) if given is None else tuple(given)
         domains.append(_domain_outputs(pattern, stance, left_out))
-    return Outputs(tuple(domains), order)
+    return Outputs(tuple(domains), order, phase or TimePhase())
 
 
 def selection_matrix(robot: Robot, outputs: DomainOutputs) -> Matrix:

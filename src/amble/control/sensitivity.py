@@ -11,7 +11,7 @@ import casadi as ca
 
 from amble.control.linearisation import Linearised
 from amble.control.motion_equations import BASE_SIZE
-from amble.control.virtual_constraints import POSITION_SIZE, VirtualConstraints, commanded_acceleration
+from amble.control.virtual_constraints import POSITION_SIZE, VirtualConstraints, commanded_acceleration, reference_slope
 from amble.hybrid import Contacts
 from amble.robot import dynamics
 
@@ -38,7 +38,6 @@ def sensitivity(
     linearised: Linearised,
     q: ca.SX,
     v: ca.SX,
-    time: ca.SX,
     constraints: VirtualConstraints,
 ) -> Sensitivity:
     """Perturb the equations of ``MotionEquations`` in q and v.
@@ -55,11 +54,28 @@ def sensitivity(
     contact = J @ a + contacts.bias(q, v)
     at = linearised.acceleration, linearised.forces
     slopes = ca.Function("slopes", [q, v, a, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)])(q, v, *at)
-    commanded = ca.jacobian(commanded_acceleration(q, v, time, constraints), state)
+    commanded, second = _commanded(linearised, q, v, constraints)
 
     coordinates, free = commanded.shape[0], equations.torque_basis.shape[1]
     acceleration, _ = equations.solve(commanded, -slopes[1], ca.vertcat(-slopes[0], ca.SX(free, 2 * robot.size)))
     response, _ = equations.solve(
         ca.SX.eye(coordinates), ca.SX(contact.shape[0], coordinates), ca.SX(BASE_SIZE + free, coordinates)
     )
-    return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - commanded)
+    closure = linearised.closure
+    if closure is None:
+        return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - commanded)
+    change = closure.second(acceleration, second)
+    acceleration += closure.acceleration @ change
+    response += closure.acceleration @ closure.second(response)
+    return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - commanded - closure.slope @ change)
+
+
+def _commanded(linearised: Linearised, q: ca.SX, v: ca.SX, constraints: VirtualConstraints) -> tuple[ca.SX, ca.SX]:
+    """Slopes of w at fixed s'' and of s'' at fixed accelerations: (n_a, 2 n_q) and (1, 2 n_q)."""
+    # shorthand
+    phase, a, state = linearised.phase, linearised.acceleration, ca.vertcat(q, v)
+
+    slope = ca.jacobian(commanded_acceleration(q, v, phase, constraints, ca.SX(1, 1)), state)
+    direction = ca.jacobian(reference_slope(phase, constraints), state) if linearised.closure else ca.SX(*slope.shape)
+    second = a.T @ ca.jacobian(phase.gradient.T, state) + ca.jacobian(phase.bias, state)
+    return slope + direction * phase.second(a), second

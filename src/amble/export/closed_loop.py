@@ -51,7 +51,7 @@ def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
         _domain(domain, ca.external(f"stance_{number}", str(library)), plant)
         for number, (domain, plant) in enumerate(zip(system.domains, plants, strict=True))
     ]
-    return HybridSystem(domains, system.transitions, system.symmetries, system.state_names)
+    return HybridSystem(tuple(domains), system.transitions, system.symmetries, system.state_names)
 
 
 def _plant(contacts: Contacts) -> ca.Function:

@@ -78,7 +78,7 @@ def c_code(function: ca.Function, what: str) -> Code:
     name = function.name()
     generator = ca.CodeGenerator(f"{name}_.c", {"with_header": False})
     generator.add(function)
-    text = cut_into_parts(str(generator.dump()))
+    text = cut_into_parts(str(generator.dump()), [function])
     entry = _ENTRY.search(text)
     if entry is None or entry.group(1) != name or _VERSION not in text:
         raise WorkError(f"the C code that casadi {ca.__version__} generates for '{name}' has an unknown form")

@@ -43,8 +43,8 @@ def stance_law(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]
     outputs = len(gait.outputs.of(stance.name).coordinates)
-    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, REFERENCE_ORDER)
-    loop = linearise(contacts, law, q, v, t, constraints)
+    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, REFERENCE_ORDER, gait.outputs.phase)
+    loop = linearise(contacts, law, q, v, constraints.phase_rates(robot, stance, t, q, v), constraints)
     limits = ContactLimits(contacts.ground.friction, gait.limits.normal_force)
     margin = ca.mmin(margins(contacts, contacts.points(q), loop.forces, limits))
     function = ca.Function(

@@ -44,7 +44,8 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
         numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait)),
     ]
     for law in laws:
-        what = "duration, gains, reference curves, kernel of the output weights; matrices column by column"
+        packed = "duration, numbers of the phase, gains, reference curves, kernel of the output weights"
+        what = f"{packed}; matrices column by column"
         lines.append(f"\n/* {comment(law.stance.name)}: {what}. */")
         lines.append(numbers(f"PARAMETERS_{identifier(law.stance.name)}", str(law.parameters.size), law.parameters))
     names = ", ".join(f"PARAMETERS_{identifier(law.stance.name)}" for law in laws)

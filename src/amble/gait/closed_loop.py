@@ -9,10 +9,10 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.outputs import selection_matrix
-from amble.control.virtual_constraints import pack, reference_end
+from amble.control.outputs import LARGEST_ORDER, selection_matrix
+from amble.control.phase import DomainPhase
+from amble.control.virtual_constraints import pack
 from amble.gait.record import Gait
-from amble.gait.validation import LARGEST_ORDER
 from amble.hybrid import Domain, GaitPattern, HybridSystem, Switch, Symmetry, Transition
 from amble.io.units import units
 from amble.numerics.bezier import elevate
@@ -28,6 +28,9 @@ ARGUMENTS = ["t", "x", "p"]
 
 SIGNALS = {"torque": "N m", "force": "N", "foot": "m", "foot_velocity": "m/s", "pivot": "1"}
 """Signals that the closed loop records, with their units."""
+
+PROBES, PRESERVED = 3, 1e-9
+"""Configurations at which a symmetry is held against the phase, and the slope, relative, that counts as none."""
 
 
 def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False) -> HybridSystem:
@@ -45,6 +48,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
         law or gait.law,
         [len(gait.outputs.of(stance.name).coordinates) for stance in pattern.solved],
         REFERENCE_ORDER,
+        gait.outputs.phase,
     )
     parameters = {stance.name: loop_parameters(gait, stance.name) for stance in pattern.solved}
     domains, transitions = [], []
@@ -60,32 +64,32 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
                 signals=loop.signals,
                 jacobian=loop.jacobian,
                 admissibility=loop.admissibility,
-                breakpoints=(reference_end(parameters[name]),),
+                breakpoints=gait.outputs.phase.breakpoints(switch.source, float(parameters[name][0])),
             )
         )
         reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
         transitions.append(Transition(source=name, target=target, guard=loop.guard, reset=reset, direction=-1))
     if pattern.mirrored and not half:
         second = pattern.all_switches[len(pattern.solved) :]
-        for loop, switch, original in zip(loops, second, pattern.switches, strict=True):
-            domains.append(_mirrored_domain(pattern, loop, switch, parameters[original.source.name]))
+        for number, (loop, switch) in enumerate(zip(loops, second, strict=True)):
+            domains.append(_mirrored_domain(pattern, loop, switch, domains[number]))
             transitions.append(_mirrored_transition(robot, loop, switch))
     names = (*robot.coordinate_names, *(f"{RATE}{name}" for name in robot.coordinate_names))
-    return HybridSystem(domains, transitions, _symmetries(gait), names)
+    return HybridSystem(tuple(domains), tuple(transitions), _symmetries(gait), names)
 
 
 def loop_parameters(gait: Gait, domain: str) -> Vector:
-    """Pack duration, gains, reference curves and output weights of a domain as ``VirtualConstraints.packed`` does."""
+    """Pack the numbers of a domain's virtual constraints as ``VirtualConstraints.packed`` does."""
     robot = gait.robot
     if gait.feedback is not None:
-        duration = gait.feedback.durations[domain]
+        duration, numbers = gait.feedback.durations[domain], gait.feedback.phase_numbers.get(domain, frozen([]))
         references, weights = gait.feedback.references[domain], gait.feedback.weights[domain]
     else:
         trajectory = next(part for part in gait.domains if part.name == domain)
-        duration = trajectory.duration
+        duration, numbers = trajectory.duration, trajectory.phase_numbers
         weights = selection_matrix(robot, gait.outputs.of(domain))
         references = weights.T @ trajectory.coefficients
-    return frozen(pack(duration, gait.gains, elevate(references, REFERENCE_ORDER), weights))
+    return frozen(pack(duration, gait.gains, elevate(references, REFERENCE_ORDER), weights, numbers))
 
 
 def start_state(gait: Gait) -> Vector:
@@ -97,7 +101,10 @@ def start_state(gait: Gait) -> Vector:
 
 
 def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
-    """Translations along the ground, and on level ground the turn about the vertical if no output sees it."""
+    """Translations along the ground, and on level ground the turn about the vertical if no output sees it.
+
+    A symmetry that changes the phase is none of the closed loop.
+    """
     size = 2 * gait.robot.size
     x = ca.SX.sym("x", size)
     found = []
@@ -107,7 +114,24 @@ def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
         found.append(Symmetry(name, ca.Function(f"symmetry_{name}", [x], [ca.SX(direction)])))
     if gait.pattern.ground.level and not _sees_orientation(gait):
         found.append(Symmetry("yaw", _turn(gait.robot, x)))
-    return tuple(found)
+    return tuple(symmetry for symmetry in found if keeps_phase(gait, symmetry))
+
+
+def keeps_phase(gait: Gait, symmetry: Symmetry) -> bool:
+    """Whether the phase of every domain has no slope along a symmetry, at random configurations."""
+    size = gait.robot.size
+    q, numbers = ca.SX.sym("q", size), ca.SX.sym("numbers", len(gait.outputs.phase.numbers))
+    states = np.random.default_rng(0).normal(0.0, 0.5, (PROBES, 2 * size))
+    for stance in gait.pattern.solved:
+        domain = DomainPhase(phase=gait.outputs.phase, robot=gait.robot, stance=stance)
+        gradient = domain.rates(ca.SX(1, 1), ca.SX(1.0), q, ca.SX(size, 1), numbers).gradient
+        function = ca.Function("gradient", [q, numbers], [ca.densify(gradient)])
+        for state in states:
+            row = np.asarray(function(state[:size], domain.measured(state[:size], state[size:])))
+            direction = np.asarray(symmetry.generator(state))[:size]
+            if not abs((row @ direction).item()) <= PRESERVED * np.linalg.norm(row) * np.linalg.norm(direction):
+                return False
+    return True
 
 
 def _sees_orientation(gait: Gait) -> bool:
@@ -138,7 +162,7 @@ def _mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
     return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
 
 
-def _mirrored_domain(pattern: GaitPattern, loop: StanceLoop, switch: Switch, parameters: Vector) -> Domain:
+def _mirrored_domain(pattern: GaitPattern, loop: StanceLoop, switch: Switch, original: Domain) -> Domain:
     """The mirror image of a stance: mirror the state, evaluate the same code, mirror the result."""
     robot = pattern.robot
     t, x, p = _symbols(loop.field)
@@ -152,13 +176,13 @@ def _mirrored_domain(pattern: GaitPattern, loop: StanceLoop, switch: Switch, par
         field=ca.Function(
             "mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]
         ),
-        parameters=parameters,
+        parameters=original.parameters,
         signals=ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
         jacobian=ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
         admissibility=ca.Function(
             "mirrored_admissibility", [t, x, p], [loop.admissibility(t, image, p)], ARGUMENTS, ["margin"]
         ),
-        breakpoints=(reference_end(parameters),),
+        breakpoints=original.breakpoints,
     )
 
 

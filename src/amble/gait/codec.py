@@ -1,6 +1,6 @@
 """The description of a gait file: the key, unit and shape of everything that a gait is, for writing and for reading.
 
-Grounds, contacts and allocation laws are written and read by their registries, which are open from outside.
+Grounds, contacts, phases and allocation laws are written and read by their registries, which are open from outside.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from amble.control import DomainOutputs, Outputs
+from amble.control import PHASES, DomainOutputs, Outputs, Phase
 from amble.control.allocation.registry import LAWS
 from amble.control.outputs import controllable
 from amble.errors import InputError
@@ -35,7 +35,6 @@ from amble.robot import Robot
 from amble.robot.files import ROBOT
 from amble.types import Json
 
-PHASES = {"time": Record(dict, {})}
 CONTROL_LAWS = {
     "input-output linearisation": Record(dict, {"position_gain": Number("1/s^2"), "velocity_gain": Number("1/s")})
 }
@@ -52,15 +51,15 @@ def pattern_codec(robot: Robot, ground: Ground, contact: Contact) -> Record:
     )
 
 
-def outputs_codec(pattern: GaitPattern) -> Record:
-    """Describe the outputs of the solved domains of a pattern."""
+def outputs_codec(pattern: GaitPattern, phase: Phase) -> Record:
+    """Describe the outputs of the solved domains of a pattern, without their phase."""
     names = ListOf(NameIn("coordinate", controllable(pattern.robot)))
 
     def build(order: int, domains: Mapping[str, tuple[str, ...]]) -> Outputs:
         for name, coordinates in domains.items():
             if len(set(coordinates)) != len(coordinates):
                 raise InputError(f"the outputs of domain '{name}' in the gait file repeat a coordinate")
-        return Outputs(tuple(DomainOutputs(name, domains[name]) for name in solved(pattern)), order)
+        return Outputs(tuple(DomainOutputs(name, domains[name]) for name in solved(pattern)), order, phase)
 
     return Record(
         build,
@@ -108,6 +107,7 @@ def domains_codec(pattern: GaitPattern, outputs: Outputs, mesh: Json) -> ByName:
     """Describe the motion in the solved domains; columns of the motion are the coordinates in the robot's order."""
     robot = pattern.robot
     names, joints = robot.coordinate_names, len(robot.joints)
+    numbers = dict.fromkeys(_phase_keys(outputs.phase), _phase_numbers(outputs.phase))
     codecs: dict[str, Codec] = {}
     for switch in pattern.switches:
         name = switch.source.name
@@ -124,6 +124,7 @@ def domains_codec(pattern: GaitPattern, outputs: Outputs, mesh: Json) -> ByName:
                 "torques": Array("N m", nodes, joints),
                 "forces": Array("N", nodes, pattern.contacts(switch.source).size),
                 "impulse": Array("N s", pattern.contacts(switch.target).size if switch.landing else 0),
+                **numbers,
             },
             take=vars,
         )
@@ -137,6 +138,7 @@ def feedback_codec(pattern: GaitPattern, outputs: Outputs) -> Record:
     weights = {name: Array("1", len(outputs.of(name).coordinates), observed) for name in solved(pattern)}
     references = dict.fromkeys(solved(pattern), Array("rad", observed, None))
     durations = dict.fromkeys(solved(pattern), Number("s", positive=True))
+    numbers = ByName("domain", dict.fromkeys(solved(pattern), _phase_numbers(outputs.phase)), complete=True)
     return Record(
         Feedback,
         {
@@ -144,8 +146,18 @@ def feedback_codec(pattern: GaitPattern, outputs: Outputs) -> Record:
             "weights": ByName("domain", weights, complete=True),
             "durations": ByName("domain", durations, complete=True),
             "start": Columns([*units(names), *units(names, "/s")]),
+            **dict.fromkeys(_phase_keys(outputs.phase), numbers),
         },
     )
+
+
+def _phase_keys(phase: Phase) -> tuple[str, ...]:
+    """The key of a phase's numbers, where it has any."""
+    return ("phase_numbers",) if phase.numbers else ()
+
+
+def _phase_numbers(phase: Phase) -> Columns:
+    return Columns([number.unit for number in phase.numbers])
 
 
 def solved(pattern: GaitPattern) -> list[str]:
@@ -180,8 +192,8 @@ GAIT_FIELDS: Mapping[str, Field] = {
     "ground": GROUNDS,
     "contact": CONTACTS,
     "pattern": lambda known: pattern_codec(known["robot"], known["ground"], known["contact"]),
-    "phase": Named("phase", PHASES),
-    "outputs": lambda known: outputs_codec(known["pattern"]),
+    "phase": PHASES,
+    "outputs": lambda known: outputs_codec(known["pattern"], known["phase"]),
     "control_law": Named("control law", CONTROL_LAWS),
     "allocation_law": LAWS,
     "landing_rule": Named("landing rule", LANDING_RULES),
@@ -204,7 +216,7 @@ def _take(gait: Gait) -> Json:
         "robot": gait.robot,
         "ground": gait.pattern.ground,
         "contact": gait.pattern.contact,
-        "phase": {"name": "time"},
+        "phase": gait.outputs.phase,
         "control_law": {
             "name": "input-output linearisation",
             "position_gain": position,

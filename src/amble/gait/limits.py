@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 
-from amble.errors import InputError, Row
+from amble.errors import InputError
+from amble.residual import Residual
 from amble.robot import Robot
 
 LARGEST_FRICTION = 2.0
@@ -69,7 +70,7 @@ class Limits:
                 raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")
 
 
-def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Row, ...]:
+def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Residual, ...]:
     """Return the bounds that a verdict on a gait rests on as rows: outside their own bounds they are absurd.
 
     Args:
@@ -80,9 +81,12 @@ def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Row, .
     gravity = robot.gravity
     least = SMALLEST_TORQUE * robot.mass * abs(gravity) * robot.leg_length
     return (
-        Row("sensible gravity", GRAVITY[0], gravity, GRAVITY[1]),
-        Row("sensible friction coefficient", 0.0, friction, LARGEST_FRICTION),
-        *(Row(f"sensible torque limit of '{joint}'", least, torque, inf) for joint, torque in limits.torques.items()),
+        Residual("sensible gravity", GRAVITY[0], gravity, GRAVITY[1]),
+        Residual("sensible friction coefficient", 0.0, friction, LARGEST_FRICTION),
+        *(
+            Residual(f"sensible torque limit of '{joint}'", least, torque, inf)
+            for joint, torque in limits.torques.items()
+        ),
     )
 
 

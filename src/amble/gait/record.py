@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from amble.control import AllocationLaw, Outputs
 from amble.gait.limits import Limits
@@ -11,7 +11,7 @@ from amble.gait.validation import check_feedback, check_gait, check_trajectory
 from amble.hybrid import GaitPattern
 from amble.names import check_name
 from amble.robot import Robot
-from amble.types import Matrix, NodeValues, Vector
+from amble.types import Matrix, NodeValues, Vector, frozen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +30,7 @@ class DomainTrajectory:
         forces: contact forces of the stance feet in the robot's foot order, world frame, (n, n_f), N.
         impulse: contact impulse of the feet of the next stance at the end of this domain, world frame, N s; empty
             where no foot lands.
+        phase_numbers: what the phase of the outputs needs beside the duration, (k,); time needs nothing.
     """
 
     name: str
@@ -42,29 +43,34 @@ class DomainTrajectory:
     torques: NodeValues
     forces: NodeValues
     impulse: Vector
+    phase_numbers: Vector = field(default_factory=lambda: frozen([]))
 
     def __post_init__(self) -> None:
         """Check that the numbers fit together; errors as in ``validation.check_trajectory``."""
         check_trajectory(self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Feedback:
     """Outputs re-weighted for stability: y = H (y_a - y_d) (docs/theory/virtual-constraints.md, eq. 1).
 
     y_a = (roll, pitch, yaw, joints).
 
     Attributes:
-        references: solved domain -> Bezier coefficients of y_d on the closed loop's own orbit, (n_a, order + 1).
+        references: solved domain -> Bezier coefficients of y_d over the phase, on the closed loop's own orbit,
+            (n_a, order + 1).
         weights: solved domain -> H, (n_y, n_a).
         durations: solved domain -> duration of the closed loop's own orbit, s.
         start: the fixed point (q, v) at the entry of the first domain, (2 n_q,).
+        phase_numbers: solved domain -> what the phase needs beside the duration, on the closed loop's own orbit, (k,);
+            empty where it needs nothing.
     """
 
     references: Mapping[str, Matrix]
     weights: Mapping[str, Matrix]
     durations: Mapping[str, float]
     start: Vector
+    phase_numbers: Mapping[str, Vector] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that durations are positive and numbers finite; errors as in ``validation.check_feedback``."""

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from amble.control.outputs import actuated_freedoms, controllable
+from amble.control.outputs import LARGEST_ORDER, actuated_freedoms, controllable
+from amble.control.phase import DomainPhase
 from amble.errors import InputError, UnknownNameError, listed
+from amble.types import frozen
 
 if TYPE_CHECKING:
     from amble.gait.record import DomainTrajectory, Feedback, Gait
     from amble.types import Vector
-
-LARGEST_ORDER = 14
-"""Order in which the closed loop writes every reference curve; a curve of higher order does not fit into it."""
 
 LARGEST_NUMBER = 1e12
 """Largest number of a gait, in SI units: products of a few stay far below the largest that there is."""
@@ -74,15 +73,17 @@ def check_gait(gait: Gait) -> None:
             raise InputError(f"the {what} of the gait is {value}, not a finite number")
         if abs(value) > LARGEST_NUMBER:
             raise InputError(f"the {what} of the gait is {value}; numbers of a gait go up to {LARGEST_NUMBER:g}")
-    _check_order("output curves", gait.outputs.order)
     solved = [stance.name for stance in gait.pattern.solved]
     _same("outputs", [entry.domain for entry in gait.outputs.domains], solved)
     _same("motion", [domain.name for domain in gait.domains], solved)
     _check_outputs(gait)
-    for number in range(len(solved)):
+    for number, domain in enumerate(gait.domains):
         _check_shapes(gait, number)
+        _check_phase(gait, number, domain.phase_numbers)
     if gait.feedback is not None:
         _check_feedback_shapes(gait, gait.feedback)
+        for number, name in enumerate(solved):
+            _check_phase(gait, number, gait.feedback.phase_numbers.get(name, frozen([])))
 
 
 def check_duration(what: str, duration: float) -> None:
@@ -96,11 +97,6 @@ def _clock(place: str, times: Vector, duration: float) -> None:
         raise InputError(f"{place} has a clock that does not run forward")
     if abs(times[0]) > CLOCK_ROUNDING * duration or abs(times[-1] - duration) > CLOCK_ROUNDING * duration:
         raise InputError(f"{place} lasts {duration:g} s, but its clock runs from {times[0]:g} to {times[-1]:g} s")
-
-
-def _check_order(what: str, order: int) -> None:
-    if order > LARGEST_ORDER:
-        raise InputError(f"the order of the {what} is {order}; the closed loop takes up to {LARGEST_ORDER}")
 
 
 def _check_outputs(gait: Gait) -> None:
@@ -137,6 +133,23 @@ def _check_shapes(gait: Gait, number: int) -> None:
         raise InputError(f"no foot pushes on the ground in the motion of domain '{domain.name}'")
 
 
+def _check_phase(gait: Gait, number: int, numbers: Vector) -> None:
+    """The numbers of the phase in one domain: as many as it needs, and such that it has a value and a rate."""
+    phase, stance = gait.outputs.phase, gait.pattern.solved[number]
+    if numbers.shape != (len(phase.numbers),):
+        raise InputError(
+            f"domain '{stance.name}' has {numbers.size} numbers for phase '{phase.name}', not {len(phase.numbers)}"
+        )
+    if not phase.numbers:
+        return
+    _bounded(f"domain '{stance.name}'", f"numbers of phase '{phase.name}'", numbers)
+    domain, motion = DomainPhase(phase=phase, robot=gait.robot, stance=stance), gait.domains[number]
+    found = domain.sampled(motion.times, motion.duration, motion.positions, motion.velocities, numbers)
+    if not np.all(np.isfinite(found)):
+        given = ", ".join(f"{known.name} = {value:g}" for known, value in zip(phase.numbers, numbers, strict=True))
+        raise InputError(f"phase '{phase.name}' of domain '{stance.name}' is not finite with {given}")
+
+
 def _check_feedback_shapes(gait: Gait, feedback: Feedback) -> None:
     solved, observed = [stance.name for stance in gait.pattern.solved], len(controllable(gait.robot))
     kinds: tuple[Mapping[str, Any], ...] = (feedback.references, feedback.weights, feedback.durations)
@@ -146,7 +159,11 @@ def _check_feedback_shapes(gait: Gait, feedback: Feedback) -> None:
         references = feedback.references[name]
         columns = references.shape[-1] if references.ndim else 0
         _shaped(f"the references of domain '{name}'", references, (observed, max(columns, 1)))
-        _check_order(f"references of domain '{name}'", columns - 1)
+        if columns - 1 > LARGEST_ORDER:
+            raise InputError(
+                f"the order of the references of domain '{name}' is {columns - 1}; the closed loop takes up to "
+                f"{LARGEST_ORDER}"
+            )
         count = len(gait.outputs.of(name).coordinates)
         _shaped(f"the weights of domain '{name}'", feedback.weights[name], (count, observed))
     _shaped("the start of the feedback", feedback.start, (2 * gait.robot.size,))

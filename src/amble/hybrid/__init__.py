@@ -5,7 +5,7 @@ from amble.hybrid.contact import CONTACTS, POINT, QUANTITIES, Contact, PointCont
 from amble.hybrid.contacts import Contacts
 from amble.hybrid.ground import FLAT, GROUNDS, Ground, HeightField, Plane
 from amble.hybrid.pattern import GaitPattern, Stance, Switch, gait_pattern
-from amble.hybrid.system import Domain, HybridSystem, Symmetry, Transition
+from amble.hybrid.system import Domain, HybridSystem, Invariant, Symmetry, Transition
 
 __all__ = [
     "CONTACTS",
@@ -21,6 +21,7 @@ __all__ = [
     "Ground",
     "HeightField",
     "HybridSystem",
+    "Invariant",
     "Plane",
     "PointContact",
     "Stance",

@@ -5,19 +5,19 @@ This record is all that simulation and stability know; a legged robot is one way
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from math import inf
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError
+from amble.hybrid.expressions import arguments, function
+from amble.hybrid.validation import expect_arguments, validate
 from amble.names import check_name, identifier
 from amble.types import Vector, frozen
-
-FIELD_ARGUMENTS = ("t", "x", "p")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,29 +59,35 @@ class Domain:
         clock: ca.SX | None = None,
         signals: dict[str, ca.SX] | None = None,
         admissibility: ca.SX | None = None,
+        parameters: ca.SX | None = None,
+        values: Sequence[float] | Vector = (),
     ) -> Domain:
-        """Build a domain from symbols: the state, its rate and, where the rate depends on it, the clock."""
-        clock = ca.SX.sym("t") if clock is None else clock
-        parameters = ca.SX.sym("p", 0)
-        symbols = [clock, state, parameters]
-        label = identifier(name)
-        rate_function = ca.Function(f"{label}_field", symbols, [ca.densify(rate)], FIELD_ARGUMENTS, ["rate"])
-        signal_function = None
-        if signals:
-            signal_function = ca.Function(
-                f"{label}_signals", symbols, list(signals.values()), FIELD_ARGUMENTS, list(signals)
-            )
-        admissibility_function = None
-        if admissibility is not None:
-            admissibility_function = ca.Function(
-                f"{label}_alive", symbols, [admissibility], FIELD_ARGUMENTS, ["margin"]
-            )
+        """Build a domain from symbols.
+
+        Args:
+            name: the domain's name.
+            state: symbol of the state, (n_x,).
+            rate: its rate, (n_x,).
+            clock: symbol of the clock, where anything depends on it.
+            signals: name -> expression; names are words of letters, digits and single underscores.
+            admissibility: the margin, scalar.
+            parameters: symbol of p, where anything depends on it, (n_p,).
+            values: of p, (n_p,).
+
+        Raises:
+            InputError: symbols that are not of casadi's kind SX, or an expression with a symbol that is not given.
+        """
+        check_name("domain", name)
+        symbols = arguments(state, clock, parameters)
+        label, whose = identifier(name), f"of domain '{name}'"
         return cls(
             name=name,
-            field=rate_function,
-            parameters=frozen([]),
-            signals=signal_function,
-            admissibility=admissibility_function,
+            field=function(f"{label}_field", f"rate {whose}", symbols, {"rate": rate}),
+            parameters=frozen(values),
+            signals=function(f"{label}_signals", f"signals {whose}", symbols, signals) if signals else None,
+            admissibility=None
+            if admissibility is None
+            else function(f"{label}_alive", f"margin {whose}", symbols, {"margin": admissibility}),
         )
 
     @property
@@ -91,7 +97,7 @@ class Domain:
         Raises:
             InputError: the field does not take (t, x, p).
         """
-        _expect_arguments(f"field of domain '{self.name}'", self.field)
+        expect_arguments(f"field of domain '{self.name}'", self.field)
         return int(self.field.numel_in(1))
 
 
@@ -112,6 +118,8 @@ class Transition:
         direction: -1 or +1.
         dead_time: clock before which the guard is not looked at, s. It makes the rule above robust: from a start that
             is perturbed off the section, a guard that should be zero there would cross at once.
+        slope_bound: a bound on |dH/dt| along every motion through the source, in the guard's unit per second. With it
+            no crossing is missed, however short; without (infinite), none longer than ``max_step``.
     """
 
     source: str
@@ -120,6 +128,7 @@ class Transition:
     reset: ca.Function
     direction: int = -1
     dead_time: float = 0.0
+    slope_bound: float = inf
 
     @classmethod
     def from_expressions(
@@ -132,18 +141,26 @@ class Transition:
         direction: int = -1,
         clock: ca.SX | None = None,
         dead_time: float = 0.0,
+        parameters: ca.SX | None = None,
+        slope_bound: float = inf,
     ) -> Transition:
-        """Build a transition from symbols of the source domain."""
-        clock = ca.SX.sym("t") if clock is None else clock
-        symbols = [clock, state, ca.SX.sym("p", 0)]
-        label = f"{identifier(source)}_{identifier(target)}"
+        """Build a transition from symbols of the source domain: its state, clock and parameters.
+
+        Raises:
+            InputError: as in ``Domain.from_expressions``.
+        """
+        check_name("domain", source)
+        check_name("domain", target)
+        symbols = arguments(state, clock, parameters)
+        label, whose = f"{identifier(source)}_{identifier(target)}", f"of '{source}->{target}'"
         return cls(
             source=source,
             target=target,
-            guard=ca.Function(f"{label}_guard", symbols, [guard], FIELD_ARGUMENTS, ["guard"]),
-            reset=ca.Function(f"{label}_reset", symbols, [ca.densify(reset)], FIELD_ARGUMENTS, ["state"]),
+            guard=function(f"{label}_guard", f"guard {whose}", symbols, {"guard": guard}),
+            reset=function(f"{label}_reset", f"reset {whose}", symbols, {"state": reset}),
             direction=direction,
             dead_time=dead_time,
+            slope_bound=slope_bound,
         )
 
     @property
@@ -169,33 +186,50 @@ class Symmetry:
 
 
 @dataclass(frozen=True)
+class Invariant:
+    """A conserved quantity: a function x -> scalar of the entry state that a cycle keeps, as the energy of a hopper.
+
+    Periodic orbits then come in families, one for every value, and the multiplier 1 across the values says nothing of
+    the motion. A fixed point keeps the value of its guess, and its stability is that among motions of the same value.
+    """
+
+    name: str
+    function: ca.Function
+
+    def __post_init__(self) -> None:
+        """Check the name."""
+        check_name("invariant", self.name)
+
+
+@dataclass(frozen=True)
 class HybridSystem:
-    """A directed cycle of domains; it validates itself on construction.
+    """A directed graph of domains; it validates itself on construction, and keeps lists as tuples.
+
+    Attributes:
+        domains: where the vector fields hold; a cycle starts with the first.
+        transitions: how one domain is left for another.
+        symmetries: under which the system is invariant.
+        state_names: of the entries of x; x0, x1, ... where none are given.
+        invariants: what a cycle conserves.
 
     Raises:
         InputError: where there is no domain, a name occurs twice, state sizes differ, a domain has no way out or
-            cannot be reached, a guard's direction is not -1 or +1, or its dead time is negative.
+            cannot be reached, a guard's direction is not -1 or +1, or its dead time or slope bound is out of range.
     """
 
-    domains: tuple[Domain, ...]
-    transitions: tuple[Transition, ...]
-    symmetries: tuple[Symmetry, ...] = ()
-    state_names: tuple[str, ...] = ()
+    domains: Sequence[Domain]
+    transitions: Sequence[Transition]
+    symmetries: Sequence[Symmetry] = ()
+    state_names: Sequence[str] = ()
+    invariants: Sequence[Invariant] = ()
 
-    def __init__(
-        self,
-        domains: Iterable[Domain],
-        transitions: Iterable[Transition],
-        symmetries: Iterable[Symmetry] = (),
-        state_names: Sequence[str] = (),
-    ) -> None:
-        object.__setattr__(self, "domains", tuple(domains))
-        object.__setattr__(self, "transitions", tuple(transitions))
-        object.__setattr__(self, "symmetries", tuple(symmetries))
-        if self.domains and not state_names:
-            state_names = [f"x{i}" for i in range(self.domains[0].state_size)]
-        object.__setattr__(self, "state_names", tuple(state_names))
-        _validate(self)
+    def __post_init__(self) -> None:
+        """Freeze the sequences, name the states where nobody did, and check that all fits together."""
+        if self.domains and not self.state_names:
+            object.__setattr__(self, "state_names", [f"x{i}" for i in range(self.domains[0].state_size)])
+        for part in fields(self):
+            object.__setattr__(self, part.name, tuple(getattr(self, part.name)))
+        validate(self)
 
     @property
     def state_size(self) -> int:
@@ -229,83 +263,6 @@ class HybridSystem:
             steps.append((self.domain(name), leaving[0]))
             name = leaving[0].target
         return tuple(steps)
-
-
-def _validate(system: HybridSystem) -> None:
-    """Raise InputError where the graph or the shapes do not fit together."""
-    names = [domain.name for domain in system.domains]
-    if not names:
-        raise InputError("a hybrid system needs at least one domain")
-    if len(set(names)) != len(names):
-        raise InputError(f"domain names occur twice: {names}")
-    size = system.state_size
-    for domain in system.domains:
-        _validate_domain(system, domain)
-    for transition in system.transitions:
-        system.domain(transition.source)
-        system.domain(transition.target)
-        if transition.direction not in (-1, 1):
-            raise InputError(f"direction of '{transition.name}' is {transition.direction}; known: -1, +1")
-        if not transition.dead_time >= 0:
-            raise InputError(f"the dead time of '{transition.name}' is {transition.dead_time:g} s, below 0")
-        _expect_shape(f"guard of '{transition.name}'", transition.guard, size, 1)
-        _expect_shape(f"reset of '{transition.name}'", transition.reset, size, size)
-    reached = _reachable(system, names[0])
-    for name in names:
-        if name not in reached:
-            raise InputError(f"domain '{name}' cannot be reached from '{names[0]}'")
-    if len(system.state_names) != size:
-        raise InputError(f"{len(system.state_names)} state names for {size} states")
-
-
-def _validate_domain(system: HybridSystem, domain: Domain) -> None:
-    size = system.state_size
-    _expect_shape(f"field of domain '{domain.name}'", domain.field, size, size)
-    if domain.admissibility is not None:
-        _expect_shape(f"margin of domain '{domain.name}'", domain.admissibility, size, 1)
-    for what, function in (("signals", domain.signals), ("jacobian", domain.jacobian)):
-        if function is not None:
-            _expect_state(f"{what} of domain '{domain.name}'", function, size)
-    if domain.field.numel_in(2) != domain.parameters.size:
-        raise InputError(
-            f"domain '{domain.name}' has {domain.parameters.size} parameters, not {domain.field.numel_in(2)}"
-        )
-    if not all(earlier < later for earlier, later in itertools.pairwise((0.0, *domain.breakpoints))):
-        raise InputError(
-            f"the breakpoints of domain '{domain.name}' are not positive and ascending: {domain.breakpoints}"
-        )
-    if not system.leaving(domain.name):
-        raise InputError(f"domain '{domain.name}' has no transition that leaves it")
-
-
-def _expect_shape(what: str, function: ca.Function, size_in: int, size_out: int) -> None:
-    _expect_arguments(what, function)
-    if function.numel_in(1) != size_in or function.numel_out(0) != size_out:
-        raise InputError(
-            f"the {what} maps {function.numel_in(1)} states to {function.numel_out(0)} values, "
-            f"not {size_in} to {size_out}"
-        )
-
-
-def _expect_state(what: str, function: ca.Function, size: int) -> None:
-    _expect_arguments(what, function)
-    if function.numel_in(1) != size:
-        raise InputError(f"the {what} takes {function.numel_in(1)} states, not {size}")
-
-
-def _expect_arguments(what: str, function: ca.Function) -> None:
-    if function.n_in() != len(FIELD_ARGUMENTS):
-        raise InputError(f"the {what} takes {function.n_in()} arguments, not (t, x, p)")
-
-
-def _reachable(system: HybridSystem, start: str) -> set[str]:
-    reached, frontier = {start}, [start]
-    while frontier:
-        for transition in system.leaving(frontier.pop()):
-            if transition.target not in reached:
-                reached.add(transition.target)
-                frontier.append(transition.target)
-    return reached
 
 
 def numeric(value: Any) -> Vector:

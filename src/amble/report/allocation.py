@@ -1,4 +1,4 @@
-"""Allocation laws side by side: the table of ``amble compare``, its numbers, and the figure of the torques."""
+"""Allocation laws side by side: their table, its numbers, and the figure of the torques."""
 
 from __future__ import annotations
 
@@ -6,65 +6,88 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from amble.analysis import Samples, every_law, samples_of_gait
-from amble.analysis.allocation import LawMetrics, law_torques
+from amble.analysis import Comparison, LawMetrics, Samples, every_law, samples_of_gait, with_laws
 from amble.control.allocation import AllocationLaw
 from amble.gait import Gait
 from amble.report.figures import left_joints, torque_lines
 from amble.report.results import finite_or_none
-from amble.report.tables import Table
+from amble.report.tables import Table, number
 from amble.types import Json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def allocation_table(metrics: Sequence[LawMetrics], notes: Sequence[str] = ()) -> Table:
-    """Put all laws along one motion side by side.
+def law_table(
+    comparison: Comparison, motion: str, actuators: Sequence[str] | None = None, notes: Sequence[str] = ()
+) -> Table:
+    """Put all laws along one motion side by side: cost for every actuator model, torques, and use of the limits.
 
     Args:
-        metrics: of the laws, at least one.
+        comparison: the metrics.
+        motion: label of the motion.
+        actuators: names of the actuator models; all where none are given.
         notes: further sentences below the table, such as which laws are left out and why.
+
+    Raises:
+        UnknownNameError: where the comparison lacks the motion or a model.
     """
-    models = list(metrics[0].cot)
-    header = (
+    entries = comparison.along(motion)
+    models = tuple(entries[0].energy) if actuators is None else tuple(actuators)
+    header = [
         "law",
         *(f"CoT ({model})" for model in models),
         "RMS (N m)",
         "peak (N m)",
-        "relative peak",
-        "friction used",
-        "limit active (%)",
-        "limit missed (%)",
-    )
+        "peak joint",
+    ]
+    note = f"All laws on the same {motion} motion; CoT by actuator model, in brackets."
+    if entries[0].limits is not None:
+        header += ["relative peak", "friction used", "limit active (%)", "limit missed (%)"]
+        note = f"{note[:-1]}; limits are the gait's and the robot's own."
     rows = tuple(
         (
             entry.law,
-            *(f"{entry.cot[model]:.4f}" for model in models),
-            f"{entry.rms_torque:.3f}",
-            f"{entry.peak_torque:.3f}",
-            f"{entry.peak_relative_torque:.3f}",
-            f"{entry.friction_used:.3f}",
-            f"{100.0 * entry.active:.1f}",
-            f"{100.0 * entry.missed:.1f}",
+            *(number(comparison.of(entry.law, motion, model).cot) for model in models),
+            number(entry.torques.rms_torque),
+            number(entry.torques.peak_torque),
+            entry.torques.peak_joint,
+            *_limit_cells(entry),
         )
-        for entry in metrics
+        for entry in entries
     )
-    motion = metrics[0].motion
-    note = f"All laws on the same {motion} motion; limits are the gait's and the robot's own."
-    return Table(f"Allocation laws along the {motion} motion", header, rows, (note, *notes))
+    return Table(f"Allocation laws along the {motion} motion", tuple(header), rows, (note, *notes))
 
 
-def allocation_results(metrics: Sequence[LawMetrics]) -> Json:
+def _limit_cells(entry: LawMetrics) -> tuple[str, ...]:
+    if entry.limits is None:
+        return ()
+    used = entry.limits
+    ratios = (number(used.peak_relative_torque, 3), number(used.friction_used, 3))
+    return (*ratios, f"{100.0 * used.active:.1f}", f"{100.0 * used.missed:.1f}")
+
+
+def _limit_numbers(entry: LawMetrics) -> Json:
+    if entry.limits is None:
+        return {}
+    return {**asdict(entry.limits), "friction_used": finite_or_none(entry.limits.friction_used)}
+
+
+def allocation_results(comparison: Comparison) -> Json:
     """Return label -> motion -> metrics, for results.json under "allocation"; N m, N.
 
     The friction used of a law under which a foot pulls is infinite, which JSON does not have: None.
     """
     found: Json = {}
-    for entry in metrics:
-        numbers = {key: value for key, value in asdict(entry).items() if key not in ("law", "motion")}
-        numbers["friction_used"] = finite_or_none(entry.friction_used)
-        found.setdefault(entry.law, {})[entry.motion] = numbers
+    for entry in comparison.metrics:
+        torques = entry.torques
+        found.setdefault(entry.law, {})[entry.motion] = {
+            "cot": {model: energy.cot for model, energy in entry.energy.items()},
+            "rms_torque": torques.rms_torque,
+            "peak_torque": torques.peak_torque,
+            "peak_joint": torques.peak_joint,
+            **_limit_numbers(entry),
+        }
     return found
 
 
@@ -73,5 +96,5 @@ def allocation_figure(
 ) -> Figure:
     """Draw the torques of the left legs under every law over one cycle."""
     motion = samples_of_gait(gait) if samples is None else samples
-    torques = law_torques(motion, every_law(gait).laws if laws is None else laws)
-    return torque_lines(motion.motion(torques), left_joints(gait.robot))
+    chosen = every_law(gait).laws if laws is None else laws
+    return torque_lines(with_laws(motion, chosen), left_joints(gait.robot))

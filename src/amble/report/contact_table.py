@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from amble.analysis import ContactReport, Worst
-from amble.report.tables import Table, number
+from amble.analysis import ContactReport
+from amble.report.tables import Table, number, residual_table
 
 
 def contact_summary(report: ContactReport) -> Table:
@@ -39,11 +39,4 @@ def contact_rows(report: ContactReport, only_violations: bool = False) -> Table:
     note = (
         f"{count} of {len(report.rows)} monitored quantities leave their bounds." if count else "All keep their bounds."
     )
-    header = ("quantity", "lower", "worst value", "upper", "violated by", "time (s)", "cycle")
-    return Table("Monitored quantities", header, tuple(_cells(worst) for worst in chosen), (note,))
-
-
-def _cells(worst: Worst) -> tuple[str, ...]:
-    row = worst.row
-    lower, upper = ("-" if abs(bound) == float("inf") else number(bound) for bound in (row.lower, row.upper))
-    return (row.name, lower, number(row.value), upper, number(row.violation), f"{worst.time:.4f}", str(worst.cycle))
+    return residual_table("Monitored quantities", chosen, (note,))

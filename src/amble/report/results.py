@@ -28,9 +28,8 @@ def method_results(comparison: Comparison, actuator: str) -> Json:
     """Return law -> motion -> metrics for one actuator model; torques in N m, powers in W."""
     found: Json = {}
     for entry in comparison.metrics:
-        if entry.actuator == actuator:
-            chosen = {key: getattr(entry, key) for key in METHOD_KEYS}
-            found.setdefault(entry.law, {})[entry.motion] = chosen
+        chosen = {key: getattr(entry.energy[actuator], key) for key in METHOD_KEYS}
+        found.setdefault(entry.law, {})[entry.motion] = chosen
     return found
 
 
@@ -66,9 +65,9 @@ def contact_results(report: ContactReport) -> Json:
             "max_drift": float(report.drifts[-1]),
         },
         "violations": {
-            worst.row.name: {
-                "value": finite_or_none(worst.row.value),
-                "by": finite_or_none(worst.row.violation),
+            worst.name: {
+                "value": finite_or_none(worst.value),
+                "by": finite_or_none(worst.violation),
                 "time": worst.time,
                 "cycle": worst.cycle,
             }

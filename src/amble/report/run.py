@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from amble.analysis import Comparison, ContactReport, Motion, Samples, samples_of_gait
 from amble.gait import Gait
+from amble.report.allocation import law_table
 from amble.report.contact_table import contact_rows, contact_summary
 from amble.report.figures import (
     base_portraits,
@@ -23,7 +24,7 @@ from amble.report.figures import (
 )
 from amble.report.figures.multipliers import FloquetMultipliers
 from amble.report.page import FigureFile, Page, solver_table, write_page
-from amble.report.paper_table import has_both_methods, law_table, paper_table
+from amble.report.paper_table import has_both_methods, paper_table
 from amble.report.results import (
     FORMAT,
     FORMAT_VERSION,

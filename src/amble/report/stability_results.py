@@ -12,6 +12,7 @@ from amble.analysis import monitors
 from amble.gait import Gait
 from amble.io.codec import TEXT, ByName, Codec, Count, Optional, Record
 from amble.io.quantities import Bare
+from amble.report.results import finite_or_none
 from amble.report.run import Stability
 from amble.report.versions import computing_versions
 from amble.simulation import Trace
@@ -67,10 +68,10 @@ def perturbed_results(gait: Gait, trace: Trace, size: float, seed: int) -> Json:
         if until == 0
         else {
             "min_normal_force": float(report.normal_forces[:until].min()),
-            "max_friction": float(report.frictions[:until].max()),
+            "max_friction": finite_or_none(float(report.frictions[:until].max())),
         },
         "min_normal_force": report.min_normal_force,
-        "max_friction": report.max_friction,
+        "max_friction": finite_or_none(report.max_friction),
         "max_penetration": report.max_penetration,
     }
 

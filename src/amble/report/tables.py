@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isinf
 
 from amble.errors import InputError, printable
+from amble.residual import Residual
 
 _MEANINGFUL = re.compile(r"[\\|<>`*\[\]$&]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
 """What Markdown reads as more than text; an underline inside a word is none."""
@@ -86,6 +88,25 @@ def number(value: float, digits: int = 4) -> str:
     if value == 0.0:
         return "0"
     return f"{value:#.{digits}g}".rstrip(".") if 1e-3 <= abs(value) < 1e5 else f"{value:.{digits - 1}e}"
+
+
+def residual_table(title: str, residuals: Sequence[Residual], notes: tuple[str, ...] = ()) -> Table:
+    """List residuals with their bounds and when their worst value occurred.
+
+    Args:
+        title: one line.
+        residuals: one a row.
+        notes: sentences below the table.
+    """
+    header = ("quantity", "lower", "worst value", "upper", "violated by", "time (s)", "cycle")
+    return Table(title, header, tuple(_residual_cells(residual) for residual in residuals), notes)
+
+
+def _residual_cells(residual: Residual) -> tuple[str, ...]:
+    lower, upper = ("-" if isinf(bound) else number(bound) for bound in (residual.lower, residual.upper))
+    numbers = (lower, number(residual.value), upper, number(residual.violation))
+    time = "-" if residual.time is None else f"{residual.time:.4f}"
+    return (residual.name, *numbers, time, "-" if residual.cycle is None else str(residual.cycle))
 
 
 def _aligned(row: Sequence[str], widths: Sequence[int], numeric: Sequence[bool]) -> str:

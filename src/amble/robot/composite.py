@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import casadi as ca
 
 from amble.robot.inertial_parameters import base_inertial_parameters
 from amble.robot.kinematics import angle_axes, base_rotation
-from amble.robot.model import Robot
 from amble.robot.newton_euler import Frames, joint_frames
 from amble.robot.rotation import constant, cross
+
+if TYPE_CHECKING:
+    from amble.robot.model import Robot
 
 Composite = tuple[float, ca.SX, ca.SX]
 """Mass, first moment and inertia about the origin of a link with all that it carries, link axes."""

@@ -9,16 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from amble.robot.composite import composite_rigid_body
 from amble.robot.joint_frames import aligned_joint_frames
 from amble.robot.kinematics import base_rotation, link_poses
-from amble.robot.model import Robot
 from amble.robot.newton_euler import energy_and_momentum, newton_euler
 from amble.robot.rotation import constant
+
+if TYPE_CHECKING:
+    from amble.robot.model import Robot
 
 
 def mass_matrix(robot: Robot, q: Any) -> Any:

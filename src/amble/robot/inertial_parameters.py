@@ -10,12 +10,15 @@ Forces, energy and momentum of the whole robot stay the same; parameters of a si
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from amble.robot.model import Joint, Robot
 from amble.robot.rotation import skew
 from amble.types import Matrix, Vector
+
+if TYPE_CHECKING:
+    from amble.robot.model import Joint, Robot
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from amble.robot.model import Robot
 from amble.types import Vector, frozen
+
+if TYPE_CHECKING:
+    from amble.robot.model import Robot
 
 
 def aligned_joint_frames(robot: Robot) -> Robot:

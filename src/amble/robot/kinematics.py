@@ -7,14 +7,16 @@ function takes casadi SX, MX, DM or numpy and returns the matching casadi type.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from amble.robot.joint_frames import aligned_joint_frames
-from amble.robot.model import Robot
 from amble.robot.rotation import constant, cross, rotation_about
+
+if TYPE_CHECKING:
+    from amble.robot.model import Robot
 
 X, Y, Z = np.eye(3)
 

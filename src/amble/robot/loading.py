@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import logging
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError, listed
+from amble.errors import InputError, UnknownNameError, listed, printable
 from amble.robot.model import Foot, Joint, Link, Robot
 from amble.robot.rotation import skew, snap
 from amble.robot.urdf import FileJoint, FileLink, FileRobot, read_urdf
 from amble.types import Matrix, Vector, frozen
+
+logger = logging.getLogger("amble")
 
 DEFAULT_TWINS = (("fl", "fr"), ("rl", "rr"))
 REVOLUTE = ("revolute", "continuous")
@@ -35,7 +38,7 @@ def load_robot(
     twins: Iterable[tuple[str, str]] | None = None,
     symmetry_tolerance: float = 1e-9,
 ) -> Robot:
-    """Load a floating-base robot from a URDF file; no mesh file is opened.
+    """Load a floating-base robot from a URDF file; no mesh file is opened, and what is not used is logged.
 
     Links that hang on fixed joints are merged into the moving link that carries them. The base is the root link;
     a massless root may carry it through a fixed joint, and a floating joint marks its child as the base.
@@ -67,6 +70,8 @@ def load_robot(
     moving = [_moving_joint(joint, index, placements[joint.parent]) for index, joint in enumerate(joints)]
     point_feet = tuple(_foot(label, frame, file, placements) for label, frame in feet.items())
     _check_distinct(point_feet, links, path)
+    if file.unused:
+        logger.warning("%s: %d things are not used (Robot.unused): %s", path.name, len(file.unused), _few(file.unused))
     return Robot(
         name=file.name if name is None else name,
         source=path.name,
@@ -76,7 +81,13 @@ def load_robot(
         gravity=float(gravity),
         twins=_twins(tuple(feet), twins),
         symmetry_tolerance=symmetry_tolerance,
+        unused=file.unused,
     )
+
+
+def _few(notes: Sequence[str], shown: int = 3) -> str:
+    more = f"; and {len(notes) - shown} more" if len(notes) > shown else ""
+    return printable("; ".join(notes[:shown]) + more)
 
 
 def _find_root(file: FileRobot, path: Path) -> str:

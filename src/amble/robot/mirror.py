@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from amble.errors import InputError
 from amble.robot.dynamics import mass_matrix, potential_energy
 from amble.robot.kinematics import foot_position, link_pose
-from amble.robot.model import Robot
 from amble.types import Vector, frozen
+
+if TYPE_CHECKING:
+    from amble.robot.model import Robot
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])
 BASE_SIGNS = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)

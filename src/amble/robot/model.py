@@ -145,6 +145,7 @@ class Robot:
         gravity: m/s^2, along -z of the world.
         twins: pairs of feet that mirror each other left to right.
         symmetry_tolerance: largest relative asymmetry under which ``mirror`` accepts the robot.
+        unused: a sentence for everything that its file says of the motion and that is not used, such as damping.
     """
 
     name: str
@@ -155,6 +156,7 @@ class Robot:
     gravity: float
     twins: tuple[tuple[str, str], ...] = ()
     symmetry_tolerance: float = 1e-9
+    unused: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the names: each is one, no two of a kind agree, and twins are feet; and the size of gravity.

@@ -7,13 +7,16 @@ pitch, yaw.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
 from amble.robot.inertial_parameters import Body, base_inertial_parameters
 from amble.robot.kinematics import X, Y, Z, angle_axes, base_rotation
-from amble.robot.model import Robot
 from amble.robot.rotation import constant, cross, rotation_about
+
+if TYPE_CHECKING:
+    from amble.robot.model import Robot
 
 Wrench = tuple[ca.SX, ca.SX]
 """Force (or linear momentum) and moment about the link's origin (or angular momentum), link axes."""

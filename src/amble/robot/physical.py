@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amble.errors import Row
+from amble.residual import Residual
 from amble.robot.dynamics import mass_matrix
 from amble.robot.model import Joint, Link, Robot
 from amble.types import Vector
@@ -22,7 +22,7 @@ POSES = 20
 """Random poses at which the mass matrix is looked at, besides the zero pose."""
 
 
-def physical_rows(robot: Robot, mirrored: bool) -> tuple[Row, ...]:
+def physical_rows(robot: Robot, mirrored: bool) -> tuple[Residual, ...]:
     """Return what must hold of a robot: gravity, masses, inertias, frames, mass matrix, and its symmetry if it is used.
 
     An inertia that breaks the triangle inequality belongs to no body but gives sound equations of motion; it passes.
@@ -31,25 +31,27 @@ def physical_rows(robot: Robot, mirrored: bool) -> tuple[Row, ...]:
         robot: the robot.
         mirrored: whether its left-right mirror is used; its own ``symmetry_tolerance`` does not count here.
     """
-    rows = [Row("gravity of the robot, positive", float(np.nextafter(0.0, 1.0)), robot.gravity, np.inf)]
+    rows = [Residual("gravity of the robot, positive", float(np.nextafter(0.0, 1.0)), robot.gravity, np.inf)]
     for link in robot.links:
         rows += _link_rows(link)
-    rows += [Row(f"frame of joint '{joint.name}'", 0.0, _frame_error(joint), ROUNDING) for joint in robot.joints]
-    rows.append(Row("smallest eigenvalue of the scaled mass matrix", SMALLEST_SHARE, _smallest_share(robot), np.inf))
+    rows += [Residual(f"frame of joint '{joint.name}'", 0.0, _frame_error(joint), ROUNDING) for joint in robot.joints]
+    rows.append(
+        Residual("smallest eigenvalue of the scaled mass matrix", SMALLEST_SHARE, _smallest_share(robot), np.inf)
+    )
     if mirrored:
-        rows.append(Row("left-right asymmetry of the robot", 0.0, robot.mirror.asymmetry, LARGEST_ASYMMETRY))
+        rows.append(Residual("left-right asymmetry of the robot", 0.0, robot.mirror.asymmetry, LARGEST_ASYMMETRY))
     return tuple(rows)
 
 
-def _link_rows(link: Link) -> list[Row]:
+def _link_rows(link: Link) -> list[Residual]:
     """Mass and principal moments of a link."""
     size = float(np.max(np.abs(link.inertia))) or 1.0
     skewed = float(np.max(np.abs(link.inertia - link.inertia.T))) / size
     moment = float(np.linalg.eigvalsh(0.5 * (link.inertia + link.inertia.T) / size)[0])
     return [
-        Row(f"mass of link '{link.name}'", 0.0, link.mass, np.inf),
-        Row(f"asymmetry of the inertia of link '{link.name}', relative", 0.0, skewed, ROUNDING),
-        Row(f"smallest principal moment of link '{link.name}', relative", -ROUNDING, moment, np.inf),
+        Residual(f"mass of link '{link.name}'", 0.0, link.mass, np.inf),
+        Residual(f"asymmetry of the inertia of link '{link.name}', relative", 0.0, skewed, ROUNDING),
+        Residual(f"smallest principal moment of link '{link.name}', relative", -ROUNDING, moment, np.inf),
     ]
 
 

@@ -64,11 +64,12 @@ class FileJoint:
 
 @dataclass(frozen=True)
 class FileRobot:
-    """Name, links and joints in file order."""
+    """Name, links and joints in file order, and a sentence for everything of weight that is not read."""
 
     name: str
     links: tuple[FileLink, ...]
     joints: tuple[FileJoint, ...]
+    unused: tuple[str, ...] = ()
 
 
 def read_urdf(path: Path) -> FileRobot:
@@ -86,7 +87,7 @@ def read_urdf(path: Path) -> FileRobot:
             raise InputError(f"{path.name}: {kind} '{twice[0]}' is defined more than once")
     if not links:
         raise InputError(f"{path.name}: the robot has no link")
-    return FileRobot(root.get("name") or path.stem, links, joints)
+    return FileRobot(root.get("name") or path.stem, links, joints, _unused(root, path))
 
 
 def _parse(path: Path) -> ElementTree.Element:
@@ -130,6 +131,31 @@ def _decoded(content: bytes, name: str) -> str:
     found = DECLARATION.match(text[:HEAD])
     end = 0 if found is None else found.end()
     return re.sub(r"[^\n]", " ", text[:end]) + text[end:]
+
+
+READ = ("link", "joint", "material")
+"""Elements of a robot that are read, or that are looks."""
+
+
+def _unused(root: ElementTree.Element, path: Path) -> tuple[str, ...]:
+    """Say what the file states about the motion that amble does not use."""
+    notes: list[str] = []
+    for joint in root.findall("joint"):
+        name = joint.get("name")
+        where = f"{path.name}: joint '{name}'"
+        said = {} if (dynamics := joint.find("dynamics")) is None else dynamics.attrib
+        for key in ("damping", "friction"):
+            size = _number(said.get(key, "0"), f"{where}, {key}")
+            if size != 0.0:
+                notes.append(f"joint '{name}' has {key} {size:g}, which is not used: a joint moves by its torque alone")
+        notes += [
+            f"joint '{name}' has a '{tag}', which is not used"
+            for tag in ("safety_controller", "calibration")
+            if joint.find(tag) is not None
+        ]
+    others = [str(element.tag) for element in root if element.tag not in READ and isinstance(element.tag, str)]
+    notes += [f"elements '{tag}' ({others.count(tag)}) are not used" for tag in dict.fromkeys(others)]
+    return tuple(notes)
 
 
 def _link(element: ElementTree.Element, path: Path) -> FileLink:

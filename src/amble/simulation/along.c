@@ -3,13 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-typedef struct {
-    void *handle; /* evaluates results = function(clock, state) from and to the buffers below */
-    double *clock, *state;
-    double *const *results;
-    const int *widths;
-    int n, n_results;
-} Callee;
+#include "callee.h"
 
 /* collected[r] is (samples, widths[r]), a row a sample */
 void amble_along(void (*evaluate)(void *), const Callee *callee, int samples, const double *clocks,

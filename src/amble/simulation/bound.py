@@ -19,7 +19,9 @@ from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
 from amble.types import NodeValues, Vector
 
 
-class _Callee(ctypes.Structure):
+class Callee(ctypes.Structure):
+    """What C code calls: the structure of ``callee.h``."""
+
     _fields_ = (
         ("handle", ctypes.c_void_p),
         ("clock", DOUBLES),
@@ -32,7 +34,7 @@ class _Callee(ctypes.Structure):
 
 
 ARGUMENTS = (
-    ctypes.c_void_p, ctypes.POINTER(_Callee), ctypes.c_int, DOUBLES, DOUBLES, ctypes.POINTER(DOUBLES),
+    ctypes.c_void_p, ctypes.POINTER(Callee), ctypes.c_int, DOUBLES, DOUBLES, ctypes.POINTER(DOUBLES),
 )  # fmt: skip
 
 
@@ -83,19 +85,22 @@ class Bound:
                 values[row] = result
         return collected
 
-    def _along(self, routine: Any, clock: Vector, state: NodeValues, collected: tuple[NodeValues, ...]) -> None:
-        """Fill ``collected`` in one call of ``along.c``."""
+    def callee(self) -> Callee:
+        """Return what C code calls; it points to the memory of this object, which must outlive it."""
         count = len(self.results)
-        pointers, widths = DOUBLES * count, ctypes.c_int * count
-        callee = _Callee(
+        return Callee(
             address(self.buffer),
             doubles(self.clock),
             doubles(self.state),
-            pointers(*map(doubles, self.results)),
-            widths(*(result.size for result in self.results)),
+            (DOUBLES * count)(*map(doubles, self.results)),
+            (ctypes.c_int * count)(*(result.size for result in self.results)),
             self.state.size,
             count,
         )
+
+    def _along(self, routine: Any, clock: Vector, state: NodeValues, collected: tuple[NodeValues, ...]) -> None:
+        """Fill ``collected`` in one call of ``along.c``."""
+        callee, pointers = self.callee(), DOUBLES * len(self.results)
         routine.argtypes, routine.restype = ARGUMENTS, None
         routine(
             evaluation(), ctypes.byref(callee), clock.size, doubles(clock), doubles(state),

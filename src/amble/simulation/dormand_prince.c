@@ -9,18 +9,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "callee.h"
+
 #define STAGES 16      /* rows of the extended tableau */
 #define STEP_STAGES 12 /* stages that make a step; row 12 is the weights of the solution */
 #define DENSE 7        /* coefficient vectors of the dense output */
+#define RESOLUTION 1e-10 /* s; of flow.py */
 #define MOST_STEPS 10000 /* kept in memory; MOST_STEPS of flow.py */
-#define CHECKS 4       /* looks at the guards within one step */
+#define LOOKS 4        /* at the guards in a panel; EVENT_SAMPLES of flow.py */
+#define FLAT 0.01      /* of the largest slope in a panel: the slope of a polynomial through the looks is no exact one */
+#define HALVINGS 60    /* of an interval in search of an excursion: as many as golden sections to 1e-12 of it */
 
-enum { CROSSED = 0, TOO_LONG = 1, STUCK = 2, NO_MEMORY = 3 };
-
-typedef struct {
-    void *handle; /* evaluates out = function(clock, state) from and to the buffers below */
-    double *clock, *state, *out;
-} Callee;
+enum { CROSSED = 0, TOO_LONG = 1, STUCK = 2, NO_MEMORY = 3, STEEP = 4 };
+enum { NONE = -1, NOT_A_NUMBER = -2, STEEPER = -3 };
 
 typedef struct {
     const double *a, *c, *error3, *error5, *dense;
@@ -31,6 +32,7 @@ typedef struct {
     const Callee *field, *guards;
     const double *sign;  /* +1: the guard fires rising, -1: falling */
     const double *first; /* clock of the first look at the guard, above 0 */
+    const double *steepest; /* bound on the guard's slope along a motion, infinite where none is known */
     const double *breakpoints; /* clocks at which a step has to end, ascending */
     int n, n_guards, n_breakpoints;
 } Problem;
@@ -48,14 +50,14 @@ typedef struct { /* accepted steps: spans[i] and (1 + DENSE) vectors of the stat
 static double call(const Problem *problem, const Callee *callee, double clock, const double *state) {
     *callee->clock = clock;
     memcpy(callee->state, state, problem->n * sizeof(double));
-    callee->out[0] = NAN; /* a function that fails writes nothing: it must not look like its last value */
+    callee->results[0][0] = NAN; /* a function that fails writes nothing: it must not look like its last value */
     problem->evaluate(callee->handle);
-    return callee->out[0];
+    return callee->results[0][0];
 }
 
 static void slope(const Problem *problem, double clock, const double *state, double *rate) {
     call(problem, problem->field, clock, state);
-    memcpy(rate, problem->field->out, problem->n * sizeof(double));
+    memcpy(rate, problem->field->results[0], problem->n * sizeof(double));
 }
 
 /* y = x + length * sum_j weights[j] k_j */
@@ -187,27 +189,126 @@ static double locate(const Problem *problem, const Path *path, int guard, double
     return b;
 }
 
-/* look at the guards along the newest step: the guard that crosses first, its clock in *when; -1 where none does, -2
- * where one is not a number. A guard whose value is still unknown (NaN) is looked at first at its own first clock. */
-static int look(const Problem *problem, const Path *path, double *values, double *when, double *work) {
-    const Span span = path->spans[path->count - 1];
-    double earlier = span.start;
-    int fired = -1;
-    for (int check = 1; check <= CHECKS && fired < 0; ++check) {
-        const double clock = span.start + span.length * check / CHECKS;
-        for (int guard = 0; guard < problem->n_guards; ++guard) {
-            if (clock <= problem->first[guard]) continue;
-            const double from = fmax(earlier, problem->first[guard]);
-            const double before = isnan(values[guard]) ? watch(problem, path, guard, from, work) : values[guard];
-            const double value = watch(problem, path, guard, clock, work);
-            if (isnan(before) || isnan(value)) return -2;
-            if (before < 0 && value >= 0) {
-                const double root = locate(problem, path, guard, from, before, clock, value, work);
-                if (fired < 0 || root < *when) *when = root, fired = guard;
-            }
-            values[guard] = value;
+/* A guard in a panel: its looks, from..to evenly spaced, with their values (signed: it fires where it rises). */
+typedef struct {
+    double clock[LOOKS + 1], value[LOOKS + 1];
+    int guard, count; /* looks with numbers after the first */
+    int entry;        /* the first look is the guard's first at all */
+} Panel;
+
+/* slopes at the looks of the polynomial through them, per panel */
+static void slopes_of(const double *value, double *slope) {
+    static const double d[LOOKS + 1][LOOKS + 1] = {
+        {-25, 48, -36, 16, -3}, {-3, -10, 18, -6, 1}, {1, -8, 0, 8, -1}, {-1, 6, -18, 10, 3}, {3, -16, 36, -48, 25}};
+    for (int i = 0; i <= LOOKS; ++i) {
+        slope[i] = 0;
+        for (int j = 0; j <= LOOKS; ++j) slope[i] += d[i][j] * value[j] / 3.0;
+    }
+}
+
+/* whether a guard of one sign at looks i and i + 1 may come to zero between: it turns there, and it is no farther from
+ * zero than it changes in the panel */
+static int turns(const Panel *panel, const double *slope, int i) {
+    const double a = panel->value[i], b = panel->value[i + 1], sign = a < 0 ? -1 : 1;
+    double least = panel->value[0], most = least, flat = 0;
+    for (int k = 0; k <= LOOKS; ++k) {
+        least = fmin(least, panel->value[k]), most = fmax(most, panel->value[k]);
+        flat = fmax(flat, FLAT * fabs(slope[k]));
+    }
+    if (fmin(fabs(a), fabs(b)) > most - least) return 0;
+    /* at the entry a guard may be zero and rest there: roundoff turns it */
+    const double before = panel->entry && i == 0 ? -flat : flat;
+    return sign * slope[i] < before && sign * slope[i + 1] > -flat;
+}
+
+/* first crossing of a guard between a and b, which may leave its side and return between; INFINITY where there is none.
+ * By golden sections towards the extreme that is closest to zero. */
+static double excursion(const Problem *problem, const Path *path, const Panel *panel, int i, double *work) {
+    const double share = 0.3819660112501051, sign = panel->value[i] < 0 ? -1 : 1;
+    double a = panel->clock[i], b = panel->clock[i + 1];
+    double c = a + share * (b - a), d = b - share * (b - a);
+    double at_c = watch(problem, path, panel->guard, c, work), at_d = watch(problem, path, panel->guard, d, work);
+    for (int halving = 0; halving < HALVINGS; ++halving) {
+        const double where = sign * at_c < sign * at_d ? c : d, value = sign * at_c < sign * at_d ? at_c : at_d;
+        if ((value < 0) != (sign < 0)) {
+            if (sign < 0) return locate(problem, path, panel->guard, panel->clock[i], panel->value[i], where, value, work);
+            return locate(problem, path, panel->guard, where, value, panel->clock[i + 1], panel->value[i + 1], work);
         }
-        earlier = clock;
+        if (where == c) {
+            b = d, d = c, at_d = at_c, c = a + share * (b - a);
+            at_c = watch(problem, path, panel->guard, c, work);
+        } else {
+            a = c, c = d, at_c = at_d, d = b - share * (b - a);
+            at_d = watch(problem, path, panel->guard, d, work);
+        }
+    }
+    return INFINITY;
+}
+
+/* first crossing between a and b of a guard whose slope is bounded: what the bound does not rule out is halved, down to
+ * the clock of a first look. INFINITY where there is none, not a number where the guard is steeper than its bound. */
+static double bounded(const Problem *problem, const Path *path, int guard, double a, double at_a, double b, double at_b,
+                      double *work) {
+    const double reach = problem->steepest[guard] * (b - a);
+    if (isnan(at_b) || fabs(at_b - at_a) > reach * (1 + 1e-6) + 1e-12 * (fabs(at_a) + fabs(at_b))) return NAN;
+    const int crosses = at_a < 0 && at_b >= 0;
+    if (fabs(at_a) + fabs(at_b) > reach) return crosses ? locate(problem, path, guard, a, at_a, b, at_b, work) : INFINITY;
+    if (b - a < RESOLUTION) return crosses ? locate(problem, path, guard, a, at_a, b, at_b, work) : INFINITY;
+    const double middle = 0.5 * (a + b), at_middle = watch(problem, path, guard, middle, work);
+    const double left = bounded(problem, path, guard, a, at_a, middle, at_middle, work);
+    return left == INFINITY ? bounded(problem, path, guard, middle, at_middle, b, at_b, work) : left;
+}
+
+/* first crossing in a panel; as of bounded */
+static double crossing(const Problem *problem, const Path *path, const Panel *panel, double *work) {
+    const double *clock = panel->clock, *value = panel->value;
+    const int guard = panel->guard, known = isfinite(problem->steepest[guard]);
+    double slope[LOOKS + 1];
+    if (panel->count == LOOKS) slopes_of(value, slope);
+    for (int i = 0; i < panel->count; ++i) {
+        double root = INFINITY;
+        if (known)
+            root = bounded(problem, path, guard, clock[i], value[i], clock[i + 1], value[i + 1], work);
+        else if (value[i] < 0 && value[i + 1] >= 0)
+            root = locate(problem, path, guard, clock[i], value[i], clock[i + 1], value[i + 1], work);
+        else if ((value[i] < 0) == (value[i + 1] < 0) && panel->count == LOOKS && turns(panel, slope, i))
+            root = excursion(problem, path, panel, i, work);
+        if (root != INFINITY) return root;
+    }
+    return INFINITY;
+}
+
+/* look at the guards along the newest step, in panels of LOOKS at most max_step apart: the guard that crosses first,
+ * its clock in *when; NONE, NOT_A_NUMBER or STEEPER. A guard whose value is still unknown (NaN) is looked at first at
+ * its own first clock. */
+static int look(const Problem *problem, const Path *path, double max_step, double *values, double *when, double *work) {
+    const Span span = path->spans[path->count - 1];
+    const double panels = fmax(1.0, ceil(span.length / (LOOKS * max_step)));
+    int fired = NONE;
+    for (double number = 0; number < panels && fired == NONE; ++number) {
+        const double from = span.start + span.length * number / panels;
+        const double to = span.start + span.length * (number + 1) / panels;
+        double sound = INFINITY; /* until then all guards are numbers */
+        *when = INFINITY;
+        for (int guard = 0; guard < problem->n_guards; ++guard) {
+            if (to <= problem->first[guard]) continue;
+            Panel panel = {.guard = guard, .entry = isnan(values[guard])};
+            panel.clock[0] = fmax(from, problem->first[guard]);
+            panel.value[0] = panel.entry ? watch(problem, path, guard, panel.clock[0], work) : values[guard];
+            if (isnan(panel.value[0])) return NOT_A_NUMBER;
+            for (int k = 1; k <= LOOKS; ++k) {
+                panel.clock[k] = k == LOOKS ? to : panel.clock[0] + (to - panel.clock[0]) * k / LOOKS;
+                panel.value[k] = watch(problem, path, guard, panel.clock[k], work);
+                if (isnan(panel.value[k])) break;
+                panel.count = k;
+            }
+            if (panel.count < LOOKS) sound = fmin(sound, panel.clock[panel.count]);
+            values[guard] = panel.value[LOOKS];
+            const double root = crossing(problem, path, &panel, work);
+            if (isnan(root)) return STEEPER;
+            if (root < *when) *when = root, fired = guard;
+        }
+        if (sound < INFINITY && !(*when <= sound)) return NOT_A_NUMBER;
     }
     return fired;
 }
@@ -230,9 +331,9 @@ static double barrier(const Problem *problem, double clock, double time_limit) {
 }
 
 /* Integrate from state x at clock 0 until a guard fires or `time_limit` is reached.
- * Writes the samples, the clock at the end, the guard that fired, the number of accepted steps. */
+ * Guards are looked at no more than `max_step` apart. Writes the samples, the clock at the end, the guard that fired, the number of accepted steps. */
 int amble_flow(const Problem *problem, const Tableau *tableau, const double *start, double tolerance, double time_limit,
-               int samples, double *clocks, double *states, double *end, int *fired, int *steps) {
+               double max_step, int samples, double *clocks, double *states, double *end, int *fired, int *steps) {
     const int n = problem->n;
     double *work = calloc((size_t)(STAGES + 5) * n + problem->n_guards, sizeof(double));
     if (!work) return NO_MEMORY;
@@ -268,9 +369,11 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
             status = NO_MEMORY;
             break;
         }
-        *fired = look(problem, &path, values, &clock, spare);
-        if (*fired != -1) {
-            status = *fired >= 0 ? CROSSED : STUCK;
+        double when;
+        *fired = look(problem, &path, max_step, values, &when, spare);
+        if (*fired != NONE) {
+            status = *fired >= 0 ? CROSSED : *fired == STEEPER ? STEEP : STUCK;
+            if (*fired >= 0) clock = when;
             break;
         }
         clock = limited ? limit : clock + length;

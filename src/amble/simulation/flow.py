@@ -2,32 +2,43 @@
 
 Two ways compute it, by the same method and the same rule for guards: native code (``native``), and scipy where there
 is no C compiler (``interpreted``). The rule: a guard fires where it passes zero in its direction at a clock t with
-0 < t <= t_end. Guards are looked at four times a step and located on the dense output; the first look is at
-``RESOLUTION`` (or ``Transition.dead_time``), so that a guard which is zero at the start, exactly or within roundoff,
-does not fire there.
+0 < t <= t_end. Guards are looked at on the dense output and located there; the first look is at ``RESOLUTION`` (or
+``Transition.dead_time``), so that a guard which is zero at the start, exactly or within roundoff, does not fire there.
+
+A guard that passes zero and returns between two looks shows only in its values around. So:
+- looks are at least four a step and at most ``max_step`` apart: no excursion that lasts longer is missed;
+- the slopes of the polynomial through five looks tell where the guard turns towards zero and back between two of them,
+  and the extreme there is searched for: an excursion of a guard that is smooth on the scale of its looks is found,
+  however short;
+- where the guard's slope is bounded (``Transition.slope_bound``), every interval in which the bound leaves room for a
+  zero is halved until it does not: no excursion is missed, down to ``RESOLUTION``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol
 
 import casadi as ca
 
-from amble.hybrid import Domain, HybridSystem, Transition
 from amble.types import NodeValues, Vector
 
 RESOLUTION = 1e-10
 """Clock of the first look at the guards, and the accuracy to which events are located at least, s."""
 
 EVENT_SAMPLES = 4
-"""How often a step looks at the guards; a guard that crosses and returns between two looks is not seen."""
+"""How often a step looks at the guards at least."""
+
+LOOKS_IN_TIME_LIMIT = 1000
+"""Without a ``max_step``, looks are this share of the time limit apart, or closer."""
 
 LEFT_DOMAIN = "fell"
 TOO_LONG = "reached no guard"
 MOST_STEPS = 10000
 """Steps of one arc: a motion of a walker takes about a hundred, and all of them are kept for its dense output."""
 
+STEEP = "has a guard that is steeper than its slope bound"
 STUCK = "cannot go on (its rate is not a number or fails, grows without bound or is too stiff)"
 
 
@@ -39,7 +50,7 @@ class Arc:
         clock: of the samples, evenly spaced from the entry to the end, (n,), s.
         state: at the samples, (n, n_x).
         fired: position of the transition that fired among those that leave the domain; None where none did.
-        ended: why no transition fired, else empty: one of LEFT_DOMAIN, TOO_LONG, STUCK.
+        ended: why no transition fired, else empty: one of LEFT_DOMAIN, TOO_LONG, STEEP, STUCK.
         steps: accepted steps of the integrator; each took 15 evaluations of the vector field.
     """
 
@@ -53,8 +64,16 @@ class Arc:
 class Flow(Protocol):
     """A prepared domain."""
 
-    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int) -> Arc:
-        """Integrate from a state at clock 0 until a transition fires or the domain has lasted ``time_limit`` (s)."""
+    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int, max_step: float) -> Arc:
+        """Integrate from a state at clock 0 until a transition fires or the domain has lasted ``time_limit`` (s).
+
+        Args:
+            start: the state, (n_x,).
+            tolerance: relative and absolute.
+            time_limit: s.
+            samples: of the arc, evenly spaced in time.
+            max_step: the longest time between two looks at the guards, s.
+        """
 
 
 @dataclass(frozen=True)
@@ -64,6 +83,7 @@ class EventFunction:
     function: ca.Function
     direction: int
     dead_time: float
+    slope_bound: float = inf
 
 
 @dataclass(frozen=True)
@@ -88,27 +108,3 @@ class FlowDefinition:
         """Tell a transition from a fall."""
         fell = self.has_margin and fired == len(self.events) - 1
         return (None, LEFT_DOMAIN) if fell else (fired, "")
-
-
-def prepare(system: HybridSystem, name: str) -> Flow:
-    """Prepare the flow through a domain of a system, in native code where that can be had."""
-    domain = system.domain(name)
-    events = event_functions(domain, system.leaving(name))
-    return prepare_flow(
-        FlowDefinition(domain.field, domain.parameters, events, domain.admissibility is not None, domain.breakpoints)
-    )
-
-
-def prepare_flow(definition: FlowDefinition) -> Flow:
-    """Prepare a flow from functions, in native code where that can be had."""
-    from amble.simulation import interpreted, native
-
-    flow = native.prepare(definition)
-    return interpreted.prepare(definition) if flow is None else flow
-
-
-def event_functions(domain: Domain, leaving: tuple[Transition, ...]) -> tuple[EventFunction, ...]:
-    """List the guards in the order of the transitions, then the margin of the domain where it has one."""
-    guards = [EventFunction(transition.guard, transition.direction, transition.dead_time) for transition in leaving]
-    margin = [] if domain.admissibility is None else [EventFunction(domain.admissibility, -1, 0.0)]
-    return (*guards, *margin)

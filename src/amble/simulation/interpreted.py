@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from amble.hybrid.system import numeric
-from amble.simulation.flow import (
-    EVENT_SAMPLES,
-    MOST_STEPS,
-    RESOLUTION,
-    STUCK,
-    TOO_LONG,
-    Arc,
-    EventFunction,
-    FlowDefinition,
-)
+from amble.simulation.flow import MOST_STEPS, STEEP, STUCK, TOO_LONG, Arc, FlowDefinition
+from amble.simulation.watch import SteepError, evaluated, look
 from amble.types import Vector
-
-Motion = Callable[[float], Vector]
 
 
 @dataclass(frozen=True)
@@ -31,13 +20,15 @@ class InterpretedFlow:
 
     definition: FlowDefinition
 
-    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int) -> Arc:
-        """Integrate from a state at clock 0 until an event fires or the flow has lasted ``time_limit`` (s)."""
+    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int, max_step: float) -> Arc:
+        """Integrate from a state at clock 0 until an event fires; see ``Flow``."""
         entry = np.array(start, dtype=np.float64)
         pieces: list[Any] = []
         try:
             with np.errstate(all="ignore"):  # what is not finite is reported, not warned about
-                crossing = self._integrate(entry, tolerance, time_limit, pieces)
+                crossing = self._integrate(entry, tolerance, time_limit, max_step, pieces)
+        except SteepError:
+            return _arc(pieces, entry, samples, pieces[-1].t_old, None, STEEP)
         except FloatingPointError:
             return _arc(pieces, entry, samples, pieces[-1].t if pieces else 0.0, None, STUCK)
         if crossing is None:
@@ -46,7 +37,7 @@ class InterpretedFlow:
         return _arc(pieces, entry, samples, crossing[1], which, ended)
 
     def _integrate(
-        self, start: Vector, tolerance: float, time_limit: float, pieces: list[Any]
+        self, start: Vector, tolerance: float, time_limit: float, max_step: float, pieces: list[Any]
     ) -> tuple[int, float] | None:
         """Step from breakpoint to breakpoint, collecting the dense output; returns the first crossing (guard, clock).
 
@@ -64,52 +55,14 @@ class InterpretedFlow:
                 if stepper.status == "failed" or len(pieces) >= MOST_STEPS:
                     raise FloatingPointError
                 pieces.append(stepper.dense_output())
-                crossing = self._look(pieces[-1], values)
+                crossing = look(self.definition, pieces[-1], max_step, values)
                 if crossing is not None:
                     return crossing
             clock, state = stepper.t, stepper.y
         return None
 
     def _rate(self, clock: float, state: Vector) -> Vector:
-        return numeric(self._evaluated(self.definition.field, clock, state))
-
-    def _value(self, item: EventFunction, clock: float, state: Vector) -> float:
-        return item.direction * float(self._evaluated(item.function, clock, state))
-
-    def _evaluated(self, function: ca.Function, clock: float, state: Vector) -> Any:
-        try:
-            return function(clock, state, self.definition.parameters)
-        except RuntimeError:  # a solver inside did not converge, an assertion does not hold
-            raise FloatingPointError from None
-
-    def _look(self, piece: Any, values: Vector) -> tuple[int, float] | None:
-        """Look at the guards along a step, keeping their last values; returns the first crossing (guard, clock)."""
-        earlier = piece.t_old
-        for clock in piece.t_old + (piece.t - piece.t_old) * np.arange(1, EVENT_SAMPLES + 1) / EVENT_SAMPLES:
-            roots = []
-            for guard, item in enumerate(self.definition.events):
-                start = max(earlier, item.dead_time, RESOLUTION)
-                if clock <= start:
-                    continue
-                before = self._value(item, start, piece(start)) if np.isnan(values[guard]) else values[guard]
-                values[guard] = self._value(item, clock, piece(clock))
-                if np.isnan(before) or np.isnan(values[guard]):
-                    raise FloatingPointError
-                if before < 0 <= values[guard]:
-                    roots.append((self._root(piece, item, start, clock), guard))
-            if roots:
-                when, guard = min(roots)
-                return guard, when
-            earlier = clock
-        return None
-
-    def _root(self, piece: Any, item: EventFunction, earlier: float, later: float) -> float:
-        from scipy.optimize import brentq
-
-        def value(clock: float) -> float:
-            return self._value(item, clock, piece(clock))
-
-        return float(brentq(value, earlier, later, xtol=1e-15, rtol=1e-15, maxiter=1000))
+        return numeric(evaluated(self.definition.field, clock, state, self.definition.parameters))
 
 
 def prepare(definition: FlowDefinition) -> InterpretedFlow:

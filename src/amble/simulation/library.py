@@ -70,5 +70,6 @@ def _load(path: Path) -> ctypes.CDLL:
 def _built(name: str, tool: Compiler) -> Path:
     source = Path(__file__).with_name(f"{name}.c")
     folder = writable_folder()
-    key = content_key([source.read_text(), tool.path, tool.version, *FLAGS])
+    texts = [source.read_text(), source.with_name("callee.h").read_text()]
+    key = content_key([*texts, tool.path, tool.version, *FLAGS])
     return kept(folder / f"{name}-{key}.so", lambda output: tool.build(source, output, FLAGS))

@@ -10,20 +10,16 @@ import numpy as np
 
 from amble.errors import WorkError
 from amble.numerics.tableau import dop853
-from amble.simulation.bound import Bound, bind
-from amble.simulation.flow import RESOLUTION, STUCK, TOO_LONG, Arc, Flow, FlowDefinition
-from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
+from amble.simulation.bound import Callee, bind
+from amble.simulation.flow import RESOLUTION, STEEP, STUCK, TOO_LONG, Arc, Flow, FlowDefinition
+from amble.simulation.library import DOUBLES, doubles, evaluation, load
 from amble.types import Vector
 
 CROSSED, NO_MEMORY = 0, 3
-REASONS = {1: TOO_LONG, 2: STUCK}
+REASONS = {1: TOO_LONG, 2: STUCK, 4: STEEP}
 
 TABLEAU = ("a", "c", "error3", "error5", "dense")
 """The arrays of the method, in the order of the C structure."""
-
-
-class _Callee(ctypes.Structure):
-    _fields_ = (("handle", ctypes.c_void_p), ("clock", DOUBLES), ("state", DOUBLES), ("out", DOUBLES))
 
 
 class _Tableau(ctypes.Structure):
@@ -33,10 +29,11 @@ class _Tableau(ctypes.Structure):
 class _Problem(ctypes.Structure):
     _fields_ = (
         ("evaluate", ctypes.c_void_p),
-        ("field", ctypes.POINTER(_Callee)),
-        ("guards", ctypes.POINTER(_Callee)),
+        ("field", ctypes.POINTER(Callee)),
+        ("guards", ctypes.POINTER(Callee)),
         ("sign", DOUBLES),
         ("first", DOUBLES),
+        ("steepest", DOUBLES),
         ("breakpoints", DOUBLES),
         ("n", ctypes.c_int),
         ("n_guards", ctypes.c_int),
@@ -45,8 +42,9 @@ class _Problem(ctypes.Structure):
 
 
 ARGUMENTS = (
-    ctypes.POINTER(_Problem), ctypes.POINTER(_Tableau), DOUBLES, ctypes.c_double, ctypes.c_double, ctypes.c_int,
-    DOUBLES, DOUBLES, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int), ctypes.POINTER(ctypes.c_int),
+    ctypes.POINTER(_Problem), ctypes.POINTER(_Tableau), DOUBLES, ctypes.c_double, ctypes.c_double, ctypes.c_double,
+    ctypes.c_int, DOUBLES, DOUBLES, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int),
+    ctypes.POINTER(ctypes.c_int),
 )  # fmt: skip
 
 
@@ -60,14 +58,15 @@ class NativeFlow:
     tableau: _Tableau
     kept: tuple[Any, ...]
 
-    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int) -> Arc:
-        """Integrate from a state at clock 0 until an event fires or the flow has lasted ``time_limit`` (s)."""
+    def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int, max_step: float) -> Arc:
+        """Integrate from a state at clock 0 until an event fires; see ``Flow``."""
         entry = np.array(start, dtype=np.float64)
         clock, state = np.zeros(samples), np.tile(entry, (samples, 1))
         end, fired, steps = ctypes.c_double(), ctypes.c_int(), ctypes.c_int()
         status = self.routine(
             ctypes.byref(self.problem), ctypes.byref(self.tableau), doubles(entry), tolerance, time_limit,
-            samples, doubles(clock), doubles(state), ctypes.byref(end), ctypes.byref(fired), ctypes.byref(steps),
+            max_step, samples, doubles(clock), doubles(state), ctypes.byref(end), ctypes.byref(fired),
+            ctypes.byref(steps),
         )  # fmt: skip
         if status == NO_MEMORY:
             raise WorkError(f"the simulation of '{self.definition.field.name()}' ran out of memory")
@@ -88,19 +87,17 @@ def prepare(definition: FlowDefinition) -> Flow | None:
         return None
     routine = library.amble_flow
     routine.argtypes, routine.restype = ARGUMENTS, ctypes.c_int
-    field, guards = _callee(followed), (_Callee * len(events))(*map(_callee, events))
+    field, guards = followed.callee(), (Callee * len(events))(*(bound.callee() for bound in events))
     sign = np.array([float(item.direction) for item in definition.events])
     first = np.array([max(item.dead_time, RESOLUTION) for item in definition.events])
+    steepest = np.array([item.slope_bound for item in definition.events])
     breakpoints = np.array(definition.breakpoints)
     problem = _Problem(
-        evaluation(), ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(_Callee)), doubles(sign),
-        doubles(first), doubles(breakpoints), definition.field.numel_in(1), len(events), breakpoints.size,
+        evaluation(), ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(Callee)), doubles(sign),
+        doubles(first), doubles(steepest), doubles(breakpoints), definition.field.numel_in(1), len(events),
+        breakpoints.size,
     )  # fmt: skip
     method = dop853()
     arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
-    kept = (followed, events, field, guards, sign, first, breakpoints, arrays)
+    kept = (followed, events, field, guards, sign, first, steepest, breakpoints, arrays)
     return NativeFlow(definition, routine, problem, _Tableau(*map(doubles, arrays)), kept)
-
-
-def _callee(bound: Bound) -> _Callee:
-    return _Callee(address(bound.buffer), doubles(bound.clock), doubles(bound.state), doubles(bound.results[0]))

@@ -42,6 +42,7 @@ def simulate(
     law: AllocationLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
+    max_step: float | None = None,
 ) -> Trace: ...
 
 
@@ -57,6 +58,7 @@ def simulate(
     perturbation: float = 0.0,
     seed: int = 0,
     progress: Progress | None = None,
+    max_step: float | None = None,
 ) -> Trace: ...
 
 
@@ -73,12 +75,14 @@ def simulate(
     law: AllocationLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
+    max_step: float | None = None,
 ) -> Trace:
     """Simulate the closed loop of a gait, or a hybrid system, from the entry of its first domain.
 
     A cycle is complete when the first domain is entered again. A motion that falls (the margin
-    ``Domain.admissibility`` is not positive), that reaches no guard within ``time_limit``, or that cannot go on (a rate
-    that is not a number) ends the trace early: then ``Trace.ended`` says why, and no error is raised.
+    ``Domain.admissibility`` is not positive), that reaches no guard within ``time_limit``, whose events accumulate
+    (Zeno), or that cannot go on (a rate that is not a number) ends the trace early: then ``Trace.ended`` says why, and
+    no error is raised.
 
     Args:
         subject: a gait, whose stabilised outputs are used where it has them; or a system.
@@ -92,6 +96,9 @@ def simulate(
         law: of a gait, another allocation law than its own.
         loop: of a gait, what closes its loop; by default ``amble.closed_loop``, else such as ``amble.exported_loop``.
         progress: called after every cycle.
+        max_step: the longest time between two looks at the guards, s; a thousandth of ``time_limit`` by default. No
+            excursion of a guard that lasts longer is missed; of a guard that is smooth on the scale of the looks
+            shorter ones are found too, and with ``Transition.slope_bound`` all.
 
     Raises:
         InputError: a system without a start or with a law, a start of another size or that is not finite, numbers
@@ -109,7 +116,7 @@ def simulate(
     else:
         system, begin = subject, start
     begin = perturbed(np.asarray(begin, dtype=np.float64).reshape(-1), perturbation, seed)
-    trace = _recorded(system, begin, cycles, tolerance, samples, time_limit, progress)
+    trace = _recorded(system, begin, cycles, tolerance, samples, time_limit, progress, max_step)
     if isinstance(subject, Gait) and trace.completed:
         _require_rank(trace)
     return trace
@@ -123,16 +130,17 @@ def _recorded(
     samples: int,
     time_limit: float,
     progress: Progress | None,
+    max_step: float | None,
 ) -> Trace:
     began = time.perf_counter()
-    solution = walk(system, start, cycles, tolerance, samples, time_limit, progress)
+    solution = walk(system, start, cycles, tolerance, samples, time_limit, progress, max_step)
     lengths = [part.arc.clock.size for part in solution.arcs]
     clock = np.concatenate([part.arc.clock for part in solution.arcs])
     state = np.concatenate([part.arc.state for part in solution.arcs])
     domain = np.repeat([part.domain for part in solution.arcs], lengths)
     return Trace(
         domains=tuple(candidate.name for candidate in system.domains),
-        state_names=system.state_names,
+        state_names=tuple(system.state_names),
         time=clock + np.repeat([part.entered for part in solution.arcs], lengths),
         clock=clock,
         domain=domain,

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from amble.errors import InputError
-from amble.hybrid import Domain, HybridSystem, Transition
+from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport
-from amble.simulation.bound import Bound, bind
-from amble.simulation.flow import LEFT_DOMAIN, STUCK, TOO_LONG, Arc, Flow, prepare
+from amble.simulation.ending import endless, explained
+from amble.simulation.flow import LOOKS_IN_TIME_LIMIT, RESOLUTION, Arc, Flow
+from amble.simulation.preparation import prepare
+from amble.simulation.prepared import PreparedDomain, prepare_domain
 from amble.simulation.trace import COMPLETED, Event
 from amble.types import Vector, frozen
 
@@ -38,39 +40,6 @@ class HybridArc:
     ended: str
 
 
-@dataclass(frozen=True)
-class PreparedDomain:
-    """A domain prepared for motions through it: its place in the system, its margin and the resets that leave it."""
-
-    number: int
-    domain: Domain
-    leaving: tuple[Transition, ...]
-    admissibility: Bound | None
-    resets: tuple[Bound, ...]
-
-    def barred(self, entry: Vector) -> str:
-        """Say why a motion cannot begin here (``Arc.ended``); empty where it can."""
-        if not np.all(np.isfinite(entry)):
-            return STUCK
-        if self.admissibility is not None and not self.admissibility(0.0, entry)[0][0] > 0:
-            return LEFT_DOMAIN
-        return ""
-
-    def reset(self, fired: int, clock: float, state: Vector) -> Vector:
-        """Return the state after the reset of a transition that leaves the domain, (n_x,)."""
-        return self.resets[fired](clock, state)[0]
-
-
-def prepare_domain(system: HybridSystem, name: str) -> PreparedDomain:
-    """Prepare a domain of a system."""
-    domain, leaving = system.domain(name), system.leaving(name)
-    admissibility = None if domain.admissibility is None else bind(domain.admissibility, domain.parameters)
-    resets = tuple(bind(transition.reset, domain.parameters) for transition in leaving)
-    return PreparedDomain(
-        [candidate.name for candidate in system.domains].index(name), domain, leaving, admissibility, resets
-    )
-
-
 def walk(
     system: HybridSystem,
     start: Vector,
@@ -79,39 +48,63 @@ def walk(
     samples: int,
     time_limit: float,
     progress: Progress | None = None,
+    max_step: float | None = None,
 ) -> HybridArc:
     """Move through the domains of a system; arguments and errors are those of ``simulate``."""
     entry = np.array(start, dtype=np.float64).reshape(-1)
-    _check(system, entry, cycles, tolerance, samples, time_limit)
+    longest = longest_look(time_limit, max_step)
+    _check(system, entry, cycles, tolerance, samples)
     arcs: list[DomainArc] = []
     events: list[Event] = []
     ended = COMPLETED
     prepared: dict[str, tuple[PreparedDomain, Flow]] = {}
-    current, clock, done = system.domains[0].name, 0.0, 0
+    stays: dict[str, list[float]] = {}
+    current, clock, done, passed = system.domains[0].name, 0.0, 0, 0
     while done < cycles:
         if current not in prepared:
             prepared[current] = prepare_domain(system, current), prepare(system, current)
         here, flow = prepared[current]
+        stopped = endless(stays.get(current, ()), passed)
+        if stopped:
+            ended = f"the motion {stopped} {_place(current, done, clock)}"
+            break
         barrier = here.barred(entry)
-        arc = _halted(entry, barrier) if barrier else flow(entry, tolerance, time_limit, samples)
+        arc = _halted(entry, barrier) if barrier else flow(entry, tolerance, time_limit, samples, longest)
         arcs.append(DomainArc(here.number, done, clock, arc))
         clock += arc.clock[-1]
         if arc.fired is None:
-            ended = f"{_sentence(arc.ended)} in domain '{current}' of cycle {done} at {clock:.6g} s"
+            ended = f"the motion {explained(here, flow, entry, arc, _place(current, done, clock), time_limit)}"
             break
+        stays.setdefault(current, []).append(float(arc.clock[-1]))
+        passed += 1
         before = arc.state[-1]
         entry = here.reset(arc.fired, arc.clock[-1], before)
         transition = here.leaving[arc.fired]
         events.append(Event(clock, transition.name, frozen(before), frozen(entry)))
         current = transition.target
         if current == system.domains[0].name:
-            done += 1
+            done, passed = done + 1, 0
             if progress is not None:
                 progress(ProgressReport(what="cycle", done=done, of=cycles))
     return HybridArc(tuple(arcs), tuple(events), done, ended)
 
 
-def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, samples: int, time_limit: float) -> None:
+def longest_look(time_limit: float, max_step: float | None) -> float:
+    """Return the longest time between two looks at the guards, s.
+
+    Raises:
+        InputError: the time limit or the longest step is no positive time.
+    """
+    if not 0 < time_limit < np.inf:
+        raise InputError(f"the time limit of a domain is a positive time, not {time_limit:g} s")
+    if max_step is None:
+        return time_limit / LOOKS_IN_TIME_LIMIT
+    if not max_step >= RESOLUTION:
+        raise InputError(f"max_step is a time of at least {RESOLUTION:g} s, not {max_step:g} s")
+    return max_step
+
+
+def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, samples: int) -> None:
     if start.size != system.state_size:
         raise InputError(f"the start has {start.size} values, not {system.state_size}")
     if not np.all(np.isfinite(start)):
@@ -122,16 +115,12 @@ def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, s
         raise InputError(f"the tolerance {tolerance:g} is not between {TIGHTEST:g} and {LOOSEST:g}")
     if samples < FEWEST_SAMPLES:
         raise InputError(f"a domain is recorded with at least {FEWEST_SAMPLES} samples, not {samples}")
-    if not 0 < time_limit < np.inf:
-        raise InputError(f"the time limit of a domain is a positive time, not {time_limit:g} s")
+
+
+def _place(domain: str, cycle: int, clock: float) -> str:
+    return f"in domain '{domain}' of cycle {cycle} at {clock:.6g} s"
 
 
 def _halted(entry: Vector, ended: str) -> Arc:
     """A motion that does not begin."""
     return Arc(np.zeros(1), entry[np.newaxis].copy(), None, ended, 0)
-
-
-def _sentence(ended: str) -> str:
-    if ended == TOO_LONG:
-        return "the motion reached no guard within the time limit"
-    return f"the motion {ended}"

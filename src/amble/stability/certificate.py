@@ -10,15 +10,15 @@ nothing here encloses roundoff, the integrator's error or the motion itself as i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import isfinite
 
 import numpy as np
 
-from amble.errors import Row
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
+from amble.residual import Residual
 from amble.stability.differences import Differences, difference_check
 from amble.stability.group import closest_shift
 from amble.stability.leading_mode import LeadingMode, leading_mode
@@ -45,11 +45,12 @@ class Certificate:
         state: the fixed point at the entry of the first domain, (n_x,).
         state_names: names of the states.
         residual: largest |P(x) - g x|.
-        period: duration of a cycle, s.
+        period: duration of the orbit, s.
         shift: how far a cycle moves along each symmetry, by name.
         spectrum: multipliers modulo the symmetries, and the symmetries as measured, at the tightest tolerance.
         error: error bar of the spectral radius, an estimate.
-        disagreement: distance of the two matrices A, relative to the first (2-norm).
+        disagreement: distance of the two matrices A (2-norm), relative to the first where that is above 1: against 1 is
+            a return map judged, and of a superstable orbit it is nearly 0.
         sweep: (tolerance of the integrator, spectral radius).
         differences: the second opinion: its step and its own sweep.
         bound: W > 0 and r < 1 with r^2 W - A^T W A > 0, verified, in the basis of the spectrum; None where the radius
@@ -57,6 +58,9 @@ class Certificate:
         mode: the decay of the leading mode in a simulation; None where the radius is not below 1, or so small that no
             cycle shows it.
         conditions: what else was checked on the orbit.
+        cycles: of the orbit.
+        invariants: values of the conserved quantities, by name; the orbit is stable among motions with these values,
+            and nothing is said of others.
     """
 
     state: Vector
@@ -71,26 +75,35 @@ class Certificate:
     differences: Differences
     bound: QuadraticBound | None
     mode: LeadingMode | None
-    conditions: tuple[Row, ...] = ()
+    conditions: tuple[Residual, ...] = ()
+    cycles: int = 1
+    invariants: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def radius(self) -> float:
         """Spectral radius of the cycle."""
         return self.spectrum.radius
 
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[Residual, ...]:
         """Return everything that must hold as rows."""
         defects = [
-            Row(f"defect of symmetry '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
+            Residual(f"defect of symmetry '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
             for neutral in self.spectrum.neutral
+        ]
+        losses = [
+            Residual(f"defect of invariant '{neutral.name}'", 0.0, neutral.residual, LARGEST_DEFECT)
+            for neutral in self.spectrum.conserved
         ]
         contraction = [] if self.mode is None else [_contraction(self.mode)]
         bound = () if self.bound is None else self.bound.rows()
         return (
-            Row("spectral radius plus its error bar", 0.0, self.radius + self.error, float(np.nextafter(1.0, 0.0))),
-            Row("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
-            Row("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
+            Residual(
+                "spectral radius plus its error bar", 0.0, self.radius + self.error, float(np.nextafter(1.0, 0.0))
+            ),
+            Residual("residual of the fixed point", 0.0, self.residual, LARGEST_RESIDUAL),
+            Residual("disagreement of the two Jacobians, relative", 0.0, self.disagreement, LARGEST_DISAGREEMENT),
             *defects,
+            *losses,
             *contraction,
             *bound,
             *self.conditions,
@@ -111,6 +124,11 @@ class Certificate:
                 }
                 for neutral in self.spectrum.neutral
             ],
+            "invariants": [
+                {"name": neutral.name, "value": self.invariants[neutral.name], "defect": neutral.residual}
+                for neutral in self.spectrum.conserved
+            ],
+            "cycles": self.cycles,
             "contraction": None
             if self.mode is None
             else {"measured": self.mode.rate, "predicted": self.mode.predicted, "cycles": self.mode.cycles},
@@ -136,18 +154,25 @@ def assess(
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Certificate:
-    """Compute everything that a certificate holds, without judging it; see ``certify``."""
+    """Compute everything that a certificate holds, without judging it: what ``certify`` refuses can be looked at.
+
+    Arguments and errors are those of ``certify``, but for CertificateError.
+    """
     tell = progress or silent
     entry = np.array(state, dtype=np.float64).reshape(-1)
     variational = prepare_variational(system)
     swept = []
     for tolerance in sorted(set(tolerances), reverse=True):
         tell(ProgressReport(what=f"variational equations, tolerance {tolerance:g}"))
-        there = variational(entry, tolerance, time_limit)
+        there = variational(entry, tolerance, time_limit, cycles, max_step)
         swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
     _, there, best = swept[-1]
-    differences = difference_check(system, entry, time_limit=time_limit, progress=tell)
+    differences = difference_check(
+        system, entry, time_limit=time_limit, progress=tell, cycles=cycles, max_step=max_step
+    )
     second = spectrum(system, entry, there.image, differences.matrix)
     previous = swept[max(len(swept) - 2, 0)][2]
     doubts = (best.matrix - second.matrix, best.matrix - previous.matrix)
@@ -156,25 +181,27 @@ def assess(
     names = [symmetry.name for symmetry in system.symmetries]
     return Certificate(
         state=frozen(entry),
-        state_names=system.state_names,
+        state_names=tuple(system.state_names),
         residual=float(np.abs(there.image - shift.image).max()),
         period=there.period,
         shift=dict(zip(names, map(float, shift.amounts), strict=True)),
         spectrum=best,
         error=largest_radius(best.matrix, doubts) - best.radius,
-        disagreement=float(np.linalg.norm(doubts[0], 2) / np.linalg.norm(best.matrix, 2)),
+        disagreement=float(np.linalg.norm(doubts[0], 2)) / max(float(np.linalg.norm(best.matrix, 2)), 1.0),
         sweep=tuple((tolerance, candidate.radius) for tolerance, _, candidate in swept),
         differences=differences,
         bound=quadratic_bound(best.matrix) if stable else None,
-        mode=leading_mode(system, entry, best) if stable else None,
+        mode=leading_mode(system, entry, best, cycles, time_limit, max_step) if stable else None,
+        cycles=cycles,
+        invariants={item.name: float(item.function(entry)) for item in system.invariants},
     )
 
 
-def row_to_dict(row: Row) -> Json:
+def row_to_dict(row: Residual) -> Json:
     """Return a row as a dictionary for a JSON file; a bound that is not there, or no number, is None."""
     numbers = {"lower": row.lower, "value": row.value, "upper": row.upper}
     written = {key: finite(value) for key, value in numbers.items()}
-    return {"name": row.name, **written, "holds": bool(row.violation == 0)}
+    return {"name": row.name, **written, "holds": row.passed}
 
 
 def finite(value: float) -> float | None:
@@ -182,7 +209,7 @@ def finite(value: float) -> float | None:
     return float(value) if isfinite(value) else None
 
 
-def _contraction(mode: LeadingMode) -> Row:
+def _contraction(mode: LeadingMode) -> Residual:
     margin = LARGEST_DIFFERENCE * mode.predicted
     name = "contraction of the leading mode in simulation"
-    return Row(name, mode.predicted - margin, mode.rate, mode.predicted + margin)
+    return Residual(name, mode.predicted - margin, mode.rate, mode.predicted + margin)

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import overload
 
-from amble.errors import CertificateError, InputError, Row
+from amble.errors import CertificateError, InputError
 from amble.gait import Gait
 from amble.hybrid import HybridSystem
 from amble.progress import Progress
+from amble.residual import Residual
 from amble.stability.certificate import TOLERANCES, Certificate, assess
 from amble.stability.gait_certificate import certified_orbit
 from amble.stability.poincare import TIME_LIMIT
@@ -20,11 +21,12 @@ from amble.types import Vector
 def certify(
     subject: Gait,
     *,
-    conditions: Sequence[Row] = (),
+    conditions: Sequence[Residual] = (),
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     allow_absurd_limits: bool = False,
     progress: Progress | None = None,
+    max_step: float | None = None,
 ) -> Certificate: ...
 
 
@@ -32,23 +34,27 @@ def certify(
 def certify(
     subject: HybridSystem,
     state: Vector,
-    conditions: Sequence[Row] = (),
+    conditions: Sequence[Residual] = (),
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     *,
     progress: Progress | None = None,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Certificate: ...
 
 
 def certify(
     subject: Gait | HybridSystem,
     state: Vector | None = None,
-    conditions: Sequence[Row] = (),
+    conditions: Sequence[Residual] = (),
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     *,
     allow_absurd_limits: bool = False,
     progress: Progress | None = None,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Certificate:
     """Certify, to the accuracy of the numerics, that an orbit is exponentially stable.
 
@@ -66,19 +72,23 @@ def certify(
         allow_absurd_limits: of a gait, certify against limits and gravity that nobody would mean
             (``gait.limits.sensible_rows``).
         progress: called with what is being computed.
+        cycles: of the orbit of a system; of one that closes after several cycles the map is that of all of them.
+        max_step: the longest time between two looks at the guards, s (``simulate``).
 
     Raises:
         CertificateError: where the radius plus its error bar is not below 1, the two Jacobians disagree, the state is
             not a fixed point, a symmetry does not hold, a simulation contracts otherwise than the leading multiplier
             says, or a condition is violated; the message lists the rows.
         FallError: where the motion does not come back.
-        InputError: a gait with a state, or a system without one.
+        InputError: a gait with a state, a system without one, or a dead time is missing (``Transition.dead_time``).
         NotSolvedError: the closed loop of a gait has no fixed point near it.
         WorkError: the outputs of a gait lose their rank along the recorded motion.
     """
     if isinstance(subject, Gait):
         if state is not None:
             raise InputError("a gait is certified at the fixed point of its closed loop; it takes no state")
+        if cycles != 1:
+            raise InputError("a gait is certified over its one cycle")
         system, state, of_gait = certified_orbit(subject, allow_absurd_limits, progress)
         conditions = (*of_gait, *conditions)
     elif state is None:
@@ -87,7 +97,8 @@ def certify(
         raise InputError("only a gait has limits that can be absurd")
     else:
         system = subject
-    certificate = replace(assess(system, state, tolerances, time_limit, progress), conditions=tuple(conditions))
+    certificate = assess(system, state, tolerances, time_limit, progress, cycles, max_step)
+    certificate = replace(certificate, conditions=tuple(conditions))
     rows = certificate.rows()
     if any(row.violation > 0 for row in rows):
         raise CertificateError(rows)

@@ -12,13 +12,15 @@ from dataclasses import replace
 import numpy as np
 
 from amble.control.outputs import selection_matrix
+from amble.control.phase import DomainPhase
 from amble.gait import Feedback, Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, closed_loop, start_state
 from amble.hybrid import HybridSystem
 from amble.numerics.bezier import fit
 from amble.progress import Progress
-from amble.simulation import simulate
+from amble.simulation import Trace, simulate
 from amble.stability.fixed_point import FixedPoint, fixed_point
+from amble.types import frozen
 
 FIT_SAMPLES = 101
 FIT_TOLERANCE = 1e-12
@@ -31,7 +33,7 @@ def without_yaw(system: HybridSystem, mirrored: bool) -> HybridSystem:
     because weights on yaw refer to it.
     """
     kept = [symmetry for symmetry in system.symmetries if not (mirrored and symmetry.name == "yaw")]
-    return HybridSystem(system.domains, system.transitions, kept, system.state_names)
+    return HybridSystem(system.domains, system.transitions, tuple(kept), system.state_names)
 
 
 def closed_loop_fixed_point(gait: Gait, progress: Progress | None = None) -> tuple[HybridSystem, FixedPoint]:
@@ -54,20 +56,39 @@ def closed_loop_fixed_point(gait: Gait, progress: Progress | None = None) -> tup
 def own_feedback(gait: Gait) -> Feedback:
     """Return the feedback at theta_0: references of the closed loop's own orbit, weights of the gait problem.
 
-    Errors as in ``closed_loop_fixed_point``.
+    Errors as in ``closed_loop_fixed_point``; InputError where the phase does not grow all along the orbit.
     """
     system, found = closed_loop_fixed_point(replace(gait, feedback=None))
     trace = simulate(system, found.state, 1, FIT_TOLERANCE, samples=FIT_SAMPLES)
+    return feedback_on(gait, trace)
+
+
+def feedback_on(gait: Gait, orbit: Trace) -> Feedback:
+    """Fit references over the gait's phase to one cycle of the solved stances; the weights are the gait problem's.
+
+    Args:
+        gait: the gait; only its robot, pattern and outputs matter.
+        orbit: the motion, from the entry of the first domain, ``FIT_SAMPLES`` or as many samples a domain.
+
+    Raises:
+        InputError: the phase does not grow all along the motion.
+    """
     base, size = 3, gait.robot.size
-    references, durations = {}, {}
+    references, weights, durations, numbers = {}, {}, {}, {}
     for index, stance in enumerate(gait.pattern.solved):
-        here = trace.domain == index
-        clock, state = trace.clock[here], trace.state[here]
-        duration = float(clock[-1])
-        rates = state[:, size + base :] * duration
-        references[stance.name] = fit(state[:, base:size], rates, clock / duration, REFERENCE_ORDER)
-        durations[stance.name] = duration
-    weights = {
-        stance.name: selection_matrix(gait.robot, gait.outputs.of(stance.name)) for stance in gait.pattern.solved
-    }
-    return Feedback(references, weights, durations, np.array(found.state))
+        name, here = stance.name, orbit.domain == index
+        clock, state = orbit.clock[here], orbit.state[here]
+        domain = DomainPhase(phase=gait.outputs.phase, robot=gait.robot, stance=stance)
+        durations[name] = duration = float(clock[-1])
+        numbers[name] = frozen(domain.measured(state[0, :size], state[-1, :size]))
+        phase, pace = domain.along(clock, duration, state[:, :size], state[:, size:], numbers[name])
+        rates = state[:, size + base :] / pace[:, None]
+        references[name] = fit(state[:, base:size], rates, phase, REFERENCE_ORDER)
+        weights[name] = selection_matrix(gait.robot, gait.outputs.of(name))
+    return Feedback(
+        references=references,
+        weights=weights,
+        durations=durations,
+        start=np.array(orbit.state[0]),
+        phase_numbers=numbers if gait.outputs.phase.numbers else {},
+    )

@@ -9,7 +9,7 @@ where the noise takes over or nothing is left to gain.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from amble.errors import FallError, InputError
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport
+from amble.stability.dead_time import missing_dead_time
 from amble.stability.poincare import TIME_LIMIT, poincare_map
 from amble.types import Matrix, Vector, frozen
 
@@ -51,6 +52,8 @@ def difference_check(
     tolerance: float = TOLERANCE,
     time_limit: float = TIME_LIMIT,
     progress: Progress | None = None,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Differences:
     """Differentiate the Poincare map by central differences of order 4.
 
@@ -62,20 +65,29 @@ def difference_check(
         tolerance: of the integrator.
         time_limit: the longest that one domain may last, s.
         progress: called after every state.
+        cycles: how often the map is applied.
+        max_step: the longest time between two looks at the guards, s (``simulate``).
 
     Raises:
         FallError: where the motion comes back for fewer than two neighbouring steps.
-        InputError: for fewer than two steps, or steps that are not positive.
+        InputError: for fewer than two steps, or steps that are not positive, and where a dead time is missing.
     """
     ordered = sorted(set(steps), reverse=True)
     if len(ordered) < 2 or ordered[-1] <= 0:
         raise InputError("the sweep of the differences takes at least two different positive steps")
+    missing = missing_dead_time(system, np.array(state, dtype=np.float64).reshape(-1))
+    if missing:
+        raise InputError(missing)
+
+    def image(start: Vector) -> Vector:
+        return poincare_map(system, start, tolerance, time_limit, cycles, max_step)
+
     matrices: list[Matrix | None] = []
     distances: list[float] = []
     reason = ""
     for step in ordered:
         try:
-            matrices.append(_central(system, state, step, tolerance, time_limit, progress))
+            matrices.append(_central(image, state, step, progress))
         except FallError as error:
             matrices.append(None)
             reason = str(error)
@@ -98,20 +110,14 @@ def _settled(newest: Matrix | None, distances: Sequence[float]) -> bool:
     return grows or distances[-1] <= GOOD_ENOUGH * float(np.linalg.norm(newest, 2))
 
 
-def _central(
-    system: HybridSystem, state: Vector, step: float, tolerance: float, time_limit: float, progress: Progress | None
-) -> Matrix:
+def _central(image: Callable[[Vector], Vector], state: Vector, step: float, progress: Progress | None) -> Matrix:
     columns: list[Vector] = []
-    for direction in np.eye(system.state_size):
-        near, far = (
-            poincare_map(system, state + size * direction, tolerance, time_limit)
-            - poincare_map(system, state - size * direction, tolerance, time_limit)
-            for size in (step, 2 * step)
-        )
+    for direction in np.eye(state.size):
+        near, far = (image(state + size * direction) - image(state - size * direction) for size in (step, 2 * step))
         columns.append((8 * near - far) / (12 * step))
         if progress is not None:
             what = f"differences, step {step:g}, state"
-            progress(ProgressReport(what=what, done=len(columns), of=system.state_size))
+            progress(ProgressReport(what=what, done=len(columns), of=state.size))
     return np.column_stack(columns)
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from amble.errors import CertificateError, Row, WorkError
+from amble.errors import CertificateError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import content_hash, to_dict
 from amble.gait.limits import sensible_rows
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
+from amble.residual import Residual
 from amble.robot.physical import physical_rows
 from amble.simulation import Trace
 from amble.stability.certificate import Certificate, finite, row_to_dict
@@ -26,7 +27,7 @@ FORMAT, FORMAT_VERSION = "amble certificate", 1
 
 def certified_orbit(
     gait: Gait, allow_absurd_limits: bool = False, progress: Progress | None = None
-) -> tuple[HybridSystem, Vector, tuple[Row, ...]]:
+) -> tuple[HybridSystem, Vector, tuple[Residual, ...]]:
     """Return a gait's closed loop, its fixed point and the conditions that hold on that orbit; the rest is stability.
 
     Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
@@ -54,27 +55,24 @@ def certified_orbit(
     return system, found.state, _sound((*conditions, *orbit_conditions(gait, system, found.state)))
 
 
-def _sound(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+def _sound(rows: tuple[Residual, ...]) -> tuple[Residual, ...]:
     """Return rows that hold; what comes after them is computed only then."""
-    if any(row.violation > 0.0 for row in rows):
+    if not all(row.passed for row in rows):
         raise CertificateError(rows)
     return rows
 
 
-def _sensible(gait: Gait) -> tuple[Row, ...]:
+def _sensible(gait: Gait) -> tuple[Residual, ...]:
     return sensible_rows(gait.limits, gait.pattern.ground.friction, gait.robot)
 
 
-def _recorded(gait: Gait, before: tuple[Row, ...]) -> tuple[Row, ...]:
-    """Return the worst row of every family of the record; where any row fails, raise with all of them."""
+def _recorded(gait: Gait, before: tuple[Residual, ...]) -> tuple[Residual, ...]:
+    """Return the worst row of every kind of the record; where any row fails, raise with all of them."""
     report = record_findings(gait, RECORD)
     if not report.passed:
-        rows = (replace(finding.row, lower=finding.row.lower - finding.slack) for finding in report.findings)
-        raise CertificateError((*before, *rows))
-    worst = report.worst.items()
+        raise CertificateError((*before, *(row.widened() for row in report.rows)))
     return tuple(
-        replace(found.row, name=f"record, {family}: {found.row.name}", lower=found.row.lower - found.slack)
-        for family, found in worst
+        replace(row.widened(), name=f"record, {kind}: {row.name}", kind="") for kind, row in report.worst.items()
     )
 
 

@@ -13,9 +13,11 @@ import casadi as ca
 import numpy as np
 
 from amble.errors import InputError, WorkError
-from amble.hybrid import Domain, HybridSystem
-from amble.hybrid.system import FIELD_ARGUMENTS, numeric
-from amble.simulation.flow import TOO_LONG, FlowDefinition, prepare_flow
+from amble.hybrid import Domain, HybridSystem, Invariant
+from amble.hybrid.expressions import FIELD_ARGUMENTS
+from amble.hybrid.system import numeric
+from amble.simulation.flow import TOO_LONG, FlowDefinition
+from amble.simulation.preparation import prepare_flow
 from amble.stability.monodromy import augmented
 from amble.types import Matrix, Vector, frozen
 
@@ -57,6 +59,29 @@ def generators(system: HybridSystem, state: Vector) -> Matrix:
     return matrix
 
 
+def gradients(system: HybridSystem, state: Vector) -> Matrix:
+    """Return the gradients of the invariants at a state as columns, (n_x, n_invariants).
+
+    Raises:
+        InputError: where an invariant cannot be differentiated, or they are dependent there (at rest, at an extreme).
+    """
+    columns = [_gradient(invariant, state) for invariant in system.invariants]
+    matrix = np.array(columns).reshape(len(columns), system.state_size).T
+    if np.linalg.matrix_rank(matrix) < len(columns):
+        raise InputError(f"the invariants {', '.join(i.name for i in system.invariants)} are dependent at this state")
+    return matrix
+
+
+def _gradient(invariant: Invariant, state: Vector) -> Vector:
+    called = invariant.function
+    names, result = called.name_in(), called.name_out()[0]
+    try:
+        slope = called.factory(f"{called.name()}_slope", names, [f"jac:{result}:{names[0]}"])
+    except RuntimeError as error:
+        raise InputError(f"invariant '{invariant.name}' has no derivatives") from error
+    return numeric(slope(state))
+
+
 def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
     """Move a state by exp(sum_i s_i xi_i), the flow of the generators for a unit of time, with s carried as a state."""
     size, count = system.state_size, len(system.symmetries)
@@ -70,7 +95,7 @@ def act(system: HybridSystem, amounts: Vector, state: Vector) -> Shift:
     field = ca.Function("symmetry", [clock, both, parameters], [rate], FIELD_ARGUMENTS, ["rate"])
     flow = prepare_flow(FlowDefinition(augmented(Domain(name="symmetry", field=field)), frozen([])))
     start = np.concatenate([state, amounts, np.eye(size + count).reshape(-1)])
-    passed = flow(start, TOLERANCE, 1.0, 2)
+    passed = flow(start, TOLERANCE, 1.0, 2, 1.0)
     if passed.ended != TOO_LONG:
         raise WorkError(f"the motion along the symmetries {passed.ended}")
     image, carried = np.split(passed.state[-1], [size + count])

@@ -15,6 +15,7 @@ from amble.errors import FallError
 from amble.hybrid import HybridSystem
 from amble.simulation import simulate
 from amble.stability.group import closest_shift
+from amble.stability.poincare import TIME_LIMIT
 from amble.stability.spectrum import Spectrum
 from amble.types import Vector
 
@@ -32,7 +33,7 @@ class LeadingMode:
     Attributes:
         rate: factor by which the leading mode shrinks in a simulated cycle, geometric mean.
         predicted: the spectral radius.
-        cycles: cycles simulated, fewer where the mode decays fast.
+        cycles: simulated times around the orbit, fewer where the mode decays fast.
     """
 
     rate: float
@@ -45,35 +46,44 @@ class LeadingMode:
         return abs(self.rate - self.predicted) / self.predicted
 
 
-def leading_mode(system: HybridSystem, state: Vector, spectrum: Spectrum, cycles: int = CYCLES) -> LeadingMode | None:
+def leading_mode(
+    system: HybridSystem,
+    state: Vector,
+    spectrum: Spectrum,
+    cycles: int = 1,
+    time_limit: float = TIME_LIMIT,
+    max_step: float | None = None,
+) -> LeadingMode | None:
     """Simulate a start moved along the leading mode and measure its decay; None where a cycle leaves too little of it.
 
     Args:
         system: the system.
         state: the fixed point, (n_x,).
         spectrum: of the Poincare map there.
-        cycles: the most cycles.
+        cycles: of the orbit.
+        time_limit: the longest that one domain may last, s.
+        max_step: the longest time between two looks at the guards, s (``simulate``).
 
     Raises:
         FallError: the motion does not come back.
     """
     from scipy.linalg import eig
 
-    cycles = min(cycles, _visible(spectrum.radius))
-    if not cycles:
+    turns = min(CYCLES, _visible(spectrum.radius))
+    if not turns:
         return None
     values, lefts, rights = eig(spectrum.matrix, left=True)
     leading = int(np.argmax(np.abs(values)))
     left = lefts[:, leading].conj()
     direction = np.real(rights[:, leading])
     start = state + SIZE * spectrum.basis @ (direction / np.linalg.norm(direction))
-    trace = simulate(system, start, cycles, TOLERANCE, samples=2)
+    trace = simulate(system, start, turns * cycles, TOLERANCE, samples=2, time_limit=time_limit, max_step=max_step)
     if not trace.completed:
         raise FallError(trace.ended)
-    deviations = [row - closest_shift(system, state, row).image for row in trace.section]
+    deviations = [row - closest_shift(system, state, row).image for row in trace.section[::cycles]]
     sizes = [abs(left @ (spectrum.basis.T @ deviation)) for deviation in deviations]
-    rate = float((sizes[-1] / sizes[0]) ** (1.0 / cycles))
-    return LeadingMode(rate, float(np.abs(values[leading])), cycles)
+    rate = float((sizes[-1] / sizes[0]) ** (1.0 / turns))
+    return LeadingMode(rate, float(np.abs(values[leading])), turns)
 
 
 def _visible(radius: float) -> int:

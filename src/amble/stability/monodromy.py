@@ -28,15 +28,27 @@ import numpy as np
 
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
+from amble.hybrid.system import numeric
 from amble.names import identifier
-from amble.simulation.flow import EventFunction, Flow, FlowDefinition, event_functions, prepare_flow
-from amble.simulation.walk import PreparedDomain, prepare_domain
+from amble.simulation.ending import MOST_EVENTS, TOO_MANY, explained
+from amble.simulation.flow import EventFunction, Flow, FlowDefinition
+from amble.simulation.preparation import event_functions, prepare_flow
+from amble.simulation.prepared import PreparedDomain, prepare_domain
+from amble.simulation.walk import longest_look
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Matrix, Vector, frozen
 
 GRAZING = 1e-9
 """A guard whose rate along the field is smaller than this share of its gradient times the field's length grazes."""
+
+
+TOUCH = 1e-7
+"""A guard whose slope at the event is this share of its mean slope from the entry touches zero: where it only touches,
+its zero is located to the root of roundoff, and its slope there is of that size."""
+
+TOGETHER = 1e-7
+"""Two guards that are reached within this share of the stay in their domain are reached at once."""
 
 
 @dataclass(frozen=True)
@@ -46,18 +58,22 @@ class Monodromy:
     Attributes:
         image: P(x), (n_x,).
         matrix: dP/dx, (n_x, n_x): the product of the factors, the last domain's leftmost.
-        factors: S of every domain of the cycle, in order, entry to entry, (n_x, n_x).
-        durations: of the domains, s.
+        factors: S of every arc, in order, entry to entry, (n_x, n_x).
+        durations: of the arcs, s.
+        transitions: that ended them, by name.
+        entries: of the first domain, after every cycle, (n_cycles, n_x); the last is the image.
     """
 
     image: Vector
     matrix: Matrix
     factors: tuple[Matrix, ...]
     durations: tuple[float, ...]
+    transitions: tuple[str, ...] = ()
+    entries: tuple[Vector, ...] = ()
 
     @property
     def period(self) -> float:
-        """Duration of the cycle, s."""
+        """Duration of the cycle, or of all cycles of the map, s."""
         return float(sum(self.durations))
 
 
@@ -65,57 +81,108 @@ class Monodromy:
 class Variational:
     """The variational equations of a system, prepared for repeated use: one flow of (x, Phi) a domain."""
 
-    steps: tuple[tuple[PreparedDomain, Flow], ...]
+    system: HybridSystem
+    steps: dict[str, tuple[PreparedDomain, Flow]]
 
-    def __call__(self, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT) -> Monodromy:
+    def __call__(
+        self,
+        state: Vector,
+        tolerance: float = TOLERANCE,
+        time_limit: float = TIME_LIMIT,
+        cycles: int = 1,
+        max_step: float | None = None,
+    ) -> Monodromy:
         """Return the Poincare map and its derivative; see ``monodromy``."""
         entry = np.array(state, dtype=np.float64).reshape(-1)
+        longest = longest_look(time_limit, max_step)
+        total = np.eye(entry.size)
+        first = current = self.system.domains[0].name
+        arcs: list[_DifferentiatedArc] = []
+        entries: list[Vector] = []
+        passed = 0
+        while len(entries) < cycles:
+            if passed >= MOST_EVENTS:
+                raise FallError(f"the motion {TOO_MANY} in domain '{current}'")
+            done = self._arc(current, entry, tolerance, time_limit, longest)
+            arcs.append(done)
+            total, entry, current, passed = done.factor @ total, done.after, done.transition.target, passed + 1
+            if current == first:
+                entries.append(frozen(entry))
+                passed = 0
+        return Monodromy(
+            image=frozen(entry),
+            matrix=frozen(total),
+            factors=tuple(frozen(done.factor) for done in arcs),
+            durations=tuple(done.duration for done in arcs),
+            transitions=tuple(done.transition.name for done in arcs),
+            entries=tuple(entries),
+        )
+
+    def _arc(
+        self, name: str, entry: Vector, tolerance: float, time_limit: float, max_step: float
+    ) -> _DifferentiatedArc:
+        """Move through a domain by the transition that fires."""
+        if name not in self.steps:
+            domain = self.system.domain(name)
+            self.steps[name] = prepare_domain(self.system, name), _flow(domain, self.system.leaving(name))
+        here, flow = self.steps[name]
+        barrier = here.barred(entry)
+        if barrier:
+            raise FallError(f"the motion {barrier} at the entry of domain '{name}'")
         size = entry.size
-        factors, durations = [], []
-        total = np.eye(size)
-        for here, flow in self.steps:
-            domain, transition = here.domain, here.leaving[0]
-            barrier = here.barred(entry)
-            if barrier:
-                raise FallError(f"the motion {barrier} at the entry of domain '{domain.name}'")
-            start = np.concatenate([entry, np.eye(size).reshape(-1)])
-            passed = flow(start, tolerance, time_limit, 2)
-            if passed.fired is None:
-                raise FallError(f"the motion {passed.ended} in domain '{domain.name}' after {passed.clock[-1]:.6g} s")
-            clock, before = float(passed.clock[-1]), passed.state[-1, :size]
-            transported = passed.state[-1, size:].reshape(size, size, order="F")
-            factor = event_factor(domain, transition, clock, before) @ transported
-            entry = here.reset(0, clock, before)
-            total = factor @ total
-            factors.append(frozen(factor))
-            durations.append(clock)
-        return Monodromy(frozen(entry), frozen(total), tuple(factors), tuple(durations))
+        start = np.concatenate([entry, np.eye(size).reshape(-1)])
+        arc = flow(start, tolerance, time_limit, 2, max_step)
+        if arc.fired is None:
+            place = f"in domain '{name}' after {arc.clock[-1]:.6g} s"
+            raise FallError(f"the motion {explained(here, flow, start, arc, place, time_limit)}")
+        clock, before = float(arc.clock[-1]), arc.state[-1, :size]
+        _require_one_guard(here, arc.fired, clock, before)
+        transported = arc.state[-1, size:].reshape(size, size, order="F")
+        leaving = here.leaving[arc.fired]
+        passed = float(leaving.guard(0.0, entry, here.domain.parameters))
+        factor = event_factor(here.domain, leaving, clock, before, passed) @ transported
+        return _DifferentiatedArc(factor, here.reset(arc.fired, clock, before), clock, leaving)
+
+
+@dataclass(frozen=True)
+class _DifferentiatedArc:
+    factor: Matrix
+    after: Vector
+    duration: float
+    transition: Transition
 
 
 def monodromy(
-    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
+    system: HybridSystem,
+    state: Vector,
+    tolerance: float = TOLERANCE,
+    time_limit: float = TIME_LIMIT,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Monodromy:
     """Differentiate the Poincare map at a state by variational equations.
 
+    A domain may have several exits; the motion takes the one whose guard fires first.
+
     Args:
-        system: the system; its domains form one cycle.
+        system: the system.
         state: at the entry of the first domain, (n_x,).
         tolerance: of the integrator, relative and absolute, for the state and its derivative alike.
         time_limit: the longest that one domain may last, s.
+        cycles: how often the map is applied.
+        max_step: the longest time between two looks at the guards, s (``simulate``).
 
     Raises:
         FallError: where the motion does not come back.
-        InputError: where the graph is not one cycle, or a function cannot be differentiated.
-        WorkError: where the orbit only grazes a guard, so that the map has no derivative.
+        InputError: where a function cannot be differentiated.
+        WorkError: where the orbit only grazes a guard, or reaches two at once, so that the map has no derivative.
     """
-    return prepare_variational(system)(state, tolerance, time_limit)
+    return prepare_variational(system)(state, tolerance, time_limit, cycles, max_step)
 
 
 def prepare_variational(system: HybridSystem) -> Variational:
-    """Build the variational equations of a system; errors as in ``monodromy``."""
-    return Variational(
-        tuple((prepare_domain(system, domain.name), _flow(domain, leaving)) for domain, leaving in system.cycle())
-    )
+    """Build the variational equations of a system, a domain when it is first entered; errors as in ``monodromy``."""
+    return Variational(system, {})
 
 
 def augmented(domain: Domain) -> ca.Function:
@@ -128,7 +195,7 @@ def augmented(domain: Domain) -> ca.Function:
     return ca.Function(f"{identifier(domain.name)}_variational", [clock, both, parameters], [rate])
 
 
-def _flow(domain: Domain, leaving: Transition) -> Flow:
+def _flow(domain: Domain, leaving: tuple[Transition, ...]) -> Flow:
     size = domain.state_size
     arguments = _symbols(domain)
     clock, both, parameters = arguments
@@ -137,8 +204,9 @@ def _flow(domain: Domain, leaving: Transition) -> Flow:
             ca.Function(f"{item.function.name()}_lifted", arguments, [item.function(clock, both[:size], parameters)]),
             item.direction,
             item.dead_time,
+            item.slope_bound,
         )
-        for item in event_functions(domain, (leaving,))
+        for item in event_functions(domain, leaving)
     )
     has_margin = domain.admissibility is not None
     return prepare_flow(FlowDefinition(augmented(domain), domain.parameters, lifted, has_margin, domain.breakpoints))
@@ -149,13 +217,45 @@ def _symbols(domain: Domain) -> list[ca.MX]:
     return [ca.MX.sym("t"), ca.MX.sym("z", size * (size + 1)), ca.MX.sym("p", domain.parameters.size)]
 
 
-def event_factor(domain: Domain, leaving: Transition, clock: float, state: Vector) -> Matrix:
-    """Return what stands left of Phi in equation (1), for the state just before the event, (n_x, n_x)."""
+def _require_one_guard(here: PreparedDomain, fired: int, clock: float, state: Vector) -> None:
+    """Raise WorkError where another exit is reached at the same instant: which of them is taken is decided by chance.
+
+    The same guard may lead to one place only, so two exits with one surface are found too.
+    """
+    domain = here.domain
+    rate = numeric(domain.field(clock, state, domain.parameters))
+    for number, other in enumerate(here.leaving):
+        if number == fired or clock < other.dead_time:
+            continue
+        value = float(other.guard(clock, state, domain.parameters))
+        later = clock + TOGETHER * clock, state + TOGETHER * clock * rate
+        change = other.direction * (float(other.guard(*later, domain.parameters)) - value)
+        if change > 0.0 and abs(value) <= change:
+            raise WorkError(
+                f"the orbit reaches the guards of '{here.leaving[fired].name}' and '{other.name}' at once, so its "
+                "Poincare map has no derivative"
+            )
+
+
+def event_factor(domain: Domain, leaving: Transition, clock: float, state: Vector, passed: float = 0.0) -> Matrix:
+    """Return what stands left of Phi in equation (1), for the state just before the event, (n_x, n_x).
+
+    Args:
+        domain: that is left.
+        leaving: by which transition.
+        clock: of the event, s.
+        state: just before it, (n_x,).
+        passed: value of the guard at the entry, from where it came to zero; 0 where that is not known.
+
+    Raises:
+        WorkError: where the guard has no slope at the event.
+    """
     where = (clock, state, domain.parameters)
     guard_x, guard_t = slopes(leaving.guard, f"the guard of '{leaving.name}'", *where)
     reset_x, reset_t = slopes(leaving.reset, f"the reset of '{leaving.name}'", *where)
     rate = np.asarray(domain.field(*where).full()).reshape(-1)
     crossing = float((guard_x @ rate + guard_t).item())
-    if abs(crossing) < GRAZING * (np.linalg.norm(guard_x) * np.linalg.norm(rate) + abs(guard_t.item())):
+    steepest = np.linalg.norm(guard_x) * np.linalg.norm(rate) + abs(guard_t.item())
+    if abs(crossing) < GRAZING * steepest or abs(crossing) * clock < TOUCH * abs(passed):
         raise WorkError(f"the orbit only grazes the guard of '{leaving.name}', so its Poincare map has no derivative")
     return reset_x - np.outer(reset_x @ rate + reset_t, guard_x) / crossing

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from amble.analysis import ContactBounds, contact_report
-from amble.errors import Row
 from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.hybrid import HybridSystem
+from amble.residual import Residual
 from amble.simulation import Trace, simulate
 from amble.types import Vector
 
@@ -31,7 +31,7 @@ LANDING = 1e-3
 """Smallest speed downwards of a landing foot, as a share of sqrt(g l): a foot that grazes has no touchdown time."""
 
 
-def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[Row, ...]:
+def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[Residual, ...]:
     """Return what must hold on the cycle from a fixed point: the gait's claims, and every contact.
 
     Limits of joints are not conditions of the model's validity; the report shows them.
@@ -43,18 +43,18 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
     """
     trace = simulate(system, state, 1, TOLERANCE)
     if not trace.completed:
-        return (Row(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
+        return (Residual(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
     bounds = replace(ContactBounds.of_gait(gait), torques={}, speeds={})
     return (
         *_entry_rows(gait, state),
         *_duration_rows(gait, trace),
         _speed_row(gait, trace),
         *_ground_rows(gait, trace),
-        *(worst.row for worst in contact_report(trace, gait.pattern, bounds).rows),
+        *contact_report(trace, gait.pattern, bounds).rows,
     )
 
 
-def _entry_rows(gait: Gait, state: Vector) -> list[Row]:
+def _entry_rows(gait: Gait, state: Vector) -> list[Residual]:
     """The recorded entry, and the start of the feedback, less the fixed point; rates divided by 1 + the largest."""
     first, size = gait.domains[0], gait.robot.size
     names = gait.robot.coordinate_names
@@ -68,13 +68,13 @@ def _entry_rows(gait: Gait, state: Vector) -> list[Row]:
         missed = (start - state) / scale
         labels = [*names, *(f"rate of {name}" for name in names)]
         rows += [
-            Row(f"{what} less the fixed point, {label}", -RECORD, float(value), RECORD)
+            Residual(f"{what} less the fixed point, {label}", -RECORD, float(value), RECORD)
             for label, value in zip(labels, missed, strict=True)
         ]
     return rows
 
 
-def _duration_rows(gait: Gait, trace: Trace) -> list[Row]:
+def _duration_rows(gait: Gait, trace: Trace) -> list[Residual]:
     """Durations on the orbit against those recorded, and those that the feedback's references run over."""
     stances, solved = gait.pattern.stances, len(gait.pattern.solved)
     rows = []
@@ -85,19 +85,21 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Row]:
         if gait.feedback is not None:
             claims["of the feedback"] = gait.feedback.durations[trajectory.name]
         rows += [
-            Row(f"{stance.name} duration against that {what}", (1.0 - RECORD) * claim, walked, (1.0 + RECORD) * claim)
+            Residual(
+                f"{stance.name} duration against that {what}", (1.0 - RECORD) * claim, walked, (1.0 + RECORD) * claim
+            )
             for what, claim in claims.items()
         ]
     return rows
 
 
-def _speed_row(gait: Gait, trace: Trace) -> Row:
+def _speed_row(gait: Gait, trace: Trace) -> Residual:
     margin = RECORD * _velocity(gait)
     walked = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
-    return Row("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
+    return Residual("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
 
 
-def _ground_rows(gait: Gait, trace: Trace) -> list[Row]:
+def _ground_rows(gait: Gait, trace: Trace) -> list[Residual]:
     """Stance feet on the ground from entry to end, neither above nor below; landing feet coming down onto it."""
     feet, pattern = gait.robot.foot_names, gait.pattern
     points = trace.signals["foot"].reshape(len(trace.time), len(feet), -1)
@@ -111,13 +113,12 @@ def _ground_rows(gait: Gait, trace: Trace) -> list[Row]:
         for foot in switch.source.feet:
             values = gap[inside, feet.index(foot)]
             worst = float(values[np.argmax(np.abs(values))])
-            rows.append(Row(f"{switch.source.name} {foot} height on the ground", -margin, worst, margin))
+            rows.append(Residual(f"{switch.source.name} {foot} height on the ground", -margin, worst, margin))
         for foot in switch.landing:
             end = inside[-1], feet.index(foot)
-            rows.append(Row(f"{switch.name} {foot} height at touchdown", -margin, float(gap[end]), margin))
-            rows.append(
-                Row(f"{switch.name} {foot} touchdown velocity along the normal", -np.inf, float(rate[end]), -slowest)
-            )
+            name = f"{switch.name} {foot} touchdown velocity along the normal"
+            rows.append(Residual(f"{switch.name} {foot} height at touchdown", -margin, float(gap[end]), margin))
+            rows.append(Residual(name, -np.inf, float(rate[end]), -slowest))
     return rows
 
 

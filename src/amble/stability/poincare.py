@@ -17,24 +17,31 @@ TIME_LIMIT = 10.0
 
 
 def poincare_map(
-    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
+    system: HybridSystem,
+    state: Vector,
+    tolerance: float = TOLERANCE,
+    time_limit: float = TIME_LIMIT,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Vector:
-    """Map the entry state of the first domain to the next one, one cycle later.
+    """Map the entry state of the first domain to the next one, one cycle later, or several.
 
     Args:
         system: the system.
         state: at the entry of the first domain, (n_x,).
         tolerance: of the integrator, relative and absolute.
         time_limit: the longest that one domain may last, s.
+        cycles: how often the map is applied.
+        max_step: the longest time between two looks at the guards, s (``simulate``).
 
     Returns:
-        The state at the next entry of the first domain, (n_x,).
+        The state at the entry of the first domain then, (n_x,).
 
     Raises:
         FallError: where the motion does not come back; the message says why and when.
         InputError: for a state of another size or that is not finite.
     """
-    solution = walk(system, state, 1, tolerance, 2, time_limit)
-    if not solution.cycles:
+    solution = walk(system, state, cycles, tolerance, 2, time_limit, max_step=max_step)
+    if solution.cycles < cycles:
         raise FallError(solution.ended)
     return solution.events[-1].after

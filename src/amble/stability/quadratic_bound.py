@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amble.errors import Row
+from amble.residual import Residual
 from amble.stability.lyapunov import accumulated, smoothed_radius
 from amble.types import Json, Matrix, frozen
 
@@ -38,13 +38,13 @@ class QuadraticBound:
     definite: float
     decrease: float
 
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[Residual, ...]:
         """Return what must hold as rows."""
         least = float(np.nextafter(0.0, 1.0))
         return (
-            Row("contraction bound r", 0.0, self.rate, float(np.nextafter(1.0, 0.0))),
-            Row("least eigenvalue of W", least, self.definite, float("inf")),
-            Row("least eigenvalue of r^2 W - A^T W A", least, self.decrease, float("inf")),
+            Residual("contraction bound r", 0.0, self.rate, float(np.nextafter(1.0, 0.0))),
+            Residual("least eigenvalue of W", least, self.definite, float("inf")),
+            Residual("least eigenvalue of r^2 W - A^T W A", least, self.decrease, float("inf")),
         )
 
     def to_dict(self) -> Json:
@@ -58,11 +58,21 @@ def quadratic_bound(matrix: Matrix) -> QuadraticBound:
     Args:
         matrix: A, with spectral radius below 1.
     """
-    from scipy.linalg import matrix_balance
-
     if not matrix.any():
         return verified_bound(matrix, 0.5, np.eye(len(matrix)))  # any rate will do
-    balanced, (scales, _) = matrix_balance(matrix, permute=False, separate=True)
+    found = _balanced_bound(matrix, matrix)
+    if min(found.definite, found.decrease) > 0.0:
+        return found
+    # a row of roundoff alone is balanced by a scale without measure
+    return _balanced_bound(matrix, np.where(np.abs(matrix) > ROUNDING * np.abs(matrix).max(), matrix, 0.0))
+
+
+def _balanced_bound(matrix: Matrix, shape: Matrix) -> QuadraticBound:
+    """Find the bound of a matrix in coordinates that balance another one."""
+    from scipy.linalg import matrix_balance
+
+    _, (scales, _) = matrix_balance(shape, permute=False, separate=True)
+    balanced = matrix * scales / scales[:, None]
     trace = max(TRACE, 2.0 * float(np.trace(accumulated(balanced))))  # at s = 1 the trace is below it, so r < 1
     found = smoothed_radius(balanced, trace)
     return verified_bound(matrix, found.value, found.metric / np.outer(scales, scales))

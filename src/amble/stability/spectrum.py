@@ -5,6 +5,9 @@ reverses the symmetry (a mirror and yaw); sigma is measured. At a relative fixed
 M = (Dg)^-1 DP keeps the span of the generators. What remains is the map that M induces on the states modulo that span:
 with Q an orthonormal basis of the span's complement its matrix is A = Q^T M Q, and the multipliers of the orbit are the
 eigenvalues of A.
+
+A conserved quantity I(P(x)) = I(x) is neutral too: grad I^T M = grad I^T, multiplier 1. M keeps the states of the same
+value, so Q is taken within the kernel of the gradients, and A is the map among motions of the same value.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.hybrid import HybridSystem
-from amble.stability.group import closest_shift, generators
+from amble.stability.group import closest_shift, generators, gradients
 from amble.stability.monodromy import monodromy
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Matrix, Vector, frozen
@@ -23,12 +26,13 @@ from amble.types import Matrix, Vector, frozen
 
 @dataclass(frozen=True)
 class Neutral:
-    """A symmetry as it was measured.
+    """A symmetry or an invariant as it was measured.
 
     Attributes:
-        name: of the symmetry.
-        multiplier: sigma, measured; 1 or -1.
-        residual: |DP xi(x) - its part along the generators at P(x)| / |xi(x)|: how exactly the symmetry holds.
+        name: of the symmetry or invariant.
+        multiplier: sigma, measured; 1 or -1. Of an invariant 1.
+        residual: |DP xi(x) - its part along the generators at P(x)| / |xi(x)|: how exactly the symmetry holds. Of an
+            invariant |DP^T grad I(P(x)) - grad I(x)| / |grad I(x)|.
     """
 
     name: str
@@ -38,15 +42,16 @@ class Neutral:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """The multipliers of an orbit modulo its symmetries.
+    """The multipliers of an orbit modulo its symmetries, among motions with the same values of the invariants.
 
     Attributes:
-        multipliers: eigenvalues of A, largest modulus first, (n_x - n_symmetries,), complex. One of them is the 0 of
-            the section (``poincare``).
+        multipliers: eigenvalues of A, largest modulus first, (n,) with n = n_x - n_symmetries - n_invariants, complex.
+            One of them is the 0 of the section (``poincare``).
         radius: largest modulus.
         neutral: the symmetries taken out.
         matrix: A.
-        basis: Q, (n_x, n_x - n_symmetries).
+        basis: Q, (n_x, n).
+        conserved: the invariants taken out.
     """
 
     multipliers: NDArray[np.complex128]
@@ -54,10 +59,16 @@ class Spectrum:
     neutral: tuple[Neutral, ...]
     matrix: Matrix
     basis: Matrix
+    conserved: tuple[Neutral, ...] = ()
 
 
 def multipliers(
-    system: HybridSystem, state: Vector, tolerance: float = TOLERANCE, time_limit: float = TIME_LIMIT
+    system: HybridSystem,
+    state: Vector,
+    tolerance: float = TOLERANCE,
+    time_limit: float = TIME_LIMIT,
+    cycles: int = 1,
+    max_step: float | None = None,
 ) -> Spectrum:
     """Return the multipliers of the orbit through a fixed point, by variational equations.
 
@@ -66,12 +77,14 @@ def multipliers(
         state: the fixed point, (n_x,).
         tolerance: of the integrator.
         time_limit: the longest that one domain may last, s.
+        cycles: of the orbit.
+        max_step: the longest time between two looks at the guards, s (``simulate``).
 
     Raises:
         FallError: where the motion does not come back.
         InputError: where the symmetries are dependent or a function cannot be differentiated.
     """
-    there = monodromy(system, state, tolerance, time_limit)
+    there = monodromy(system, state, tolerance, time_limit, cycles, max_step)
     return spectrum(system, state, there.image, there.matrix)
 
 
@@ -85,9 +98,22 @@ def spectrum(system: HybridSystem, state: Vector, image: Vector, matrix: Matrix)
         Neutral(symmetry.name, float(along[i, i]), float(defects[i])) for i, symmetry in enumerate(system.symmetries)
     )
     reduced = np.linalg.solve(closest_shift(system, state, image).matrix, matrix)
-    basis = np.linalg.qr(xi, mode="complete")[0][:, xi.shape[1] :] if xi.shape[1] else np.eye(xi.shape[0])
+    kept, after = gradients(system, state), gradients(system, image)
+    losses = np.linalg.norm(matrix.T @ after - kept, axis=0) / np.linalg.norm(kept, axis=0)
+    conserved = tuple(
+        Neutral(invariant.name, 1.0, float(loss)) for invariant, loss in zip(system.invariants, losses, strict=True)
+    )
+    taken = np.column_stack([xi, kept])
+    basis = np.linalg.qr(taken, mode="complete")[0][:, taken.shape[1] :] if taken.shape[1] else np.eye(state.size)
     quotient = basis.T @ reduced @ basis
     values = np.linalg.eigvals(quotient).astype(np.complex128)
     ordered = values[np.argsort(-np.abs(values), kind="stable")]
     ordered.flags.writeable = False
-    return Spectrum(ordered, float(np.abs(ordered[0])), neutral, frozen(quotient), frozen(basis))
+    return Spectrum(
+        multipliers=ordered,
+        radius=float(np.abs(ordered[0])),
+        neutral=neutral,
+        matrix=frozen(quotient),
+        basis=frozen(basis),
+        conserved=conserved,
+    )

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +18,14 @@ from numpy.typing import NDArray
 from amble.codegen import Recipe, compile_recipes
 
 Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Label:
+    """What a row of a block is: its kind, by which code selects it, and its name, which people read."""
+
+    kind: str
+    name: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +39,7 @@ class Block:
         parameters: symbol of the program's parameters, the same everywhere, (n_p,).
         rows: expressions of the constraint rows, (n_r,).
         cost: scalar expression added to the objective.
-        labels: name of every row.
+        labels: kind and name of every row.
         columns: indices of the program's variables, (instances, n_w); distinct within an instance.
         values: value of the constants, (instances, n_c).
         places: name of every instance, such as "D1 node 3".
@@ -44,7 +53,7 @@ class Block:
     parameters: ca.SX
     rows: ca.SX
     cost: ca.SX
-    labels: tuple[str, ...]
+    labels: tuple[Label, ...]
     columns: Index
     values: NDArray[np.float64]
     places: tuple[str, ...]
@@ -67,6 +76,8 @@ class Program:
         jacobian: (x, p) -> (g, dg/dx).
         hessian: (x, p, lam_f, lam_g) -> upper triangle of the Hessian of the Lagrangian.
         row_names: name of every row of g.
+        row_kinds: kind of every row of g, an array of text.
+        row_instances: which instance of its block every row of g belongs to, such as the node of a domain.
         lower: lower bounds of g.
         upper: upper bounds of g.
     """
@@ -76,8 +87,28 @@ class Program:
     jacobian: ca.Function
     hessian: ca.Function
     row_names: tuple[str, ...]
+    row_kinds: NDArray[np.str_]
+    row_instances: Index
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
+
+    @property
+    def equalities(self) -> NDArray[np.bool_]:
+        """Which rows of g are equations."""
+        return self.lower == self.upper
+
+    def linearised(self, x: NDArray[np.float64], p: NDArray[np.float64]) -> tuple[NDArray[np.float64], Any]:
+        """Return g and dg/dx at a point, the slopes as a sparse matrix of scipy (csr).
+
+        Args:
+            x: scaled variables, (n_x,).
+            p: parameters, (n_p,).
+        """
+        from scipy.sparse import csc_matrix
+
+        g, slopes = self.jacobian(x, p)
+        rows, columns = slopes.sparsity().get_triplet()
+        return np.asarray(g).ravel(), csc_matrix((slopes.nonzeros(), (rows, columns)), shape=slopes.shape).tocsr()
 
     def excess(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """How far each row of g lies outside its bounds; zero inside."""
@@ -134,7 +165,11 @@ def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_coun
         hessian=ca.Function(
             "nlp_hess_l", [x, p, lam_f, lam_g], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
         ),
-        row_names=tuple(f"{place} {label}" for block in blocks for place in block.places for label in block.labels),
+        row_names=tuple(
+            f"{place} {label.name}" for block in blocks for place in block.places for label in block.labels
+        ),
+        row_kinds=np.array([label.kind for b in blocks for _ in b.places for label in b.labels]),
+        row_instances=np.concatenate([np.repeat(np.arange(b.instances), len(b.labels)) for b in blocks]),
         lower=np.concatenate([block.lower.ravel() for block in blocks]),
         upper=np.concatenate([block.upper.ravel() for block in blocks]),
     )

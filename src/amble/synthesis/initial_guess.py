@@ -18,7 +18,7 @@ from amble.robot import Robot, dynamics, kinematics
 from amble.synthesis.base_trajectory import BASE, LevelWalk, base_trajectory
 from amble.synthesis.footholds import foot_path
 from amble.synthesis.layout import DomainLayout, Layout
-from amble.synthesis.node_block import output_indices
+from amble.synthesis.node_block import domain_phase, output_indices
 from amble.synthesis.problem import GaitProblem
 from amble.types import Matrix, NodeValues, Vector
 
@@ -132,12 +132,27 @@ def _fill(
     problem: GaitProblem, domain: DomainLayout, guess: Vector, T: float, motion: NodeValues, force: NodeValues
 ) -> None:
     """Write a domain's variables; the torques move the joints against the given contact forces."""
-    curves, q, v, a = _smooth(problem, domain, T, motion)
+    _, q, v, a = _smooth(problem, domain, T, motion)
     guess[domain.duration] = T
-    guess[domain.coefficients] = curves[output_indices(problem, domain)].ravel(order="F")
+    guess[domain.phase_numbers], curves = phase_curves(problem, domain, T, q, v)
+    guess[domain.coefficients] = curves.ravel(order="F")
     guess[domain.q], guess[domain.v], guess[domain.a] = q, v, a
     guess[domain.force] = force
     guess[domain.u] = _torques(problem.pattern.contacts(domain.stance), domain, guess)
+
+
+def phase_curves(
+    problem: GaitProblem, domain: DomainLayout, T: float, q: NodeValues, v: NodeValues
+) -> tuple[Vector, Matrix]:
+    """Return numbers of the phase and output curves over it of a motion given at the nodes, (k,) and (n_y, order + 1).
+
+    Raises:
+        InputError: the phase does not grow all along the motion.
+    """
+    phase, outputs = domain_phase(problem, domain), output_indices(problem, domain)
+    numbers = phase.measured(q[0], q[-1])
+    value, pace = phase.along(T * domain.phases, T, q, v, numbers)
+    return numbers, fit(q[:, outputs], v[:, outputs] / pace[:, None], value, problem.outputs.order)
 
 
 def _torques(contacts: Contacts, domain: DomainLayout, guess: Vector) -> NodeValues:

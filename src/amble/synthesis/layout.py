@@ -14,7 +14,17 @@ from amble.types import NodeValues, Vector
 
 Index = NDArray[np.int64]
 
-SCALES = {"q": 1.0, "v": 1.0, "a": 20.0, "u": 10.0, "force": 50.0, "duration": 0.1, "coefficients": 1.0, "impulse": 1.0}
+SCALES = {
+    "q": 1.0,
+    "v": 1.0,
+    "a": 20.0,
+    "u": 10.0,
+    "force": 50.0,
+    "duration": 0.1,
+    "coefficients": 1.0,
+    "phase": 1.0,
+    "impulse": 1.0,
+}
 """Size of one unit of the scaled variables (docs/theory/transcription.md, eq. 14)."""
 
 
@@ -33,6 +43,7 @@ class DomainLayout:
         force: (n, n_f).
         duration: (1,).
         coefficients: (n_y (order + 1),), column by column.
+        phase_numbers: what the phase needs beside the duration, (k,).
         impulse: (n_f of the next stance,), empty without landing.
     """
 
@@ -46,6 +57,7 @@ class DomainLayout:
     force: Index
     duration: Index
     coefficients: Index
+    phase_numbers: Index
     impulse: Index
 
     @property
@@ -113,6 +125,7 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
     duration = counter.take("duration", 1)
     outputs = len(problem.outputs.of(stance.name).coordinates)
     coefficients = counter.take("coefficients", outputs * (problem.outputs.order + 1))
+    phase_numbers = counter.take("phase", len(problem.outputs.phase.numbers))
     for _ in phases:
         for kind, size in sizes.items():
             rows[kind].append(counter.take(kind, size))
@@ -124,6 +137,7 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
         phases=phases,
         duration=duration,
         coefficients=coefficients,
+        phase_numbers=phase_numbers,
         impulse=impulse,
         **stacked,
     )

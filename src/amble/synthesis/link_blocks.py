@@ -10,10 +10,12 @@ from amble.hybrid.ground import into_frame
 from amble.names import identifier
 from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
-from amble.synthesis.assembly import Block
+from amble.robot.model import RATE
+from amble.synthesis.assembly import Block, Label
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.node_block import FORCE_UNIT, ProgramParameters, output_indices
 from amble.synthesis.problem import GaitProblem
+from amble.synthesis.rows import RowKind
 
 NO_COST = ca.SX(1, 1)
 
@@ -29,11 +31,14 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
     size, stages = len(names), HERMITE_SIMPSON.nodes.size
     q, v, a = (ca.SX.sym(letter, size, stages) for letter in "qva")
     T, part = ca.SX.sym("T"), ca.SX.sym("part")
-    rows, labels = [], []
+    rows: list[ca.SX] = []
+    labels: list[Label] = []
     for stage in range(1, stages):
         weights = ca.DM(HERMITE_SIMPSON.integration[stage])
         rows += [q[:, 0] + T * part * (v @ weights) - q[:, stage], v[:, 0] + T * part * (a @ weights) - v[:, stage]]
-        labels += [f"defect {kind}{name} stage {stage}" for kind in ("", "rate of ") for name in names]
+        labels += RowKind.DEFECT.labels(
+            *(f"defect {kind}{name} stage {stage}" for kind in ("", RATE) for name in names)
+        )
     starts = np.arange(problem.intervals) * (stages - 1)
     steps = [(starts + stage) for stage in range(stages)]
     columns = [kind[step][:, free] for kind in (domain.q, domain.v, domain.a) for step in steps]
@@ -75,26 +80,26 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     advance = ca.vertcat(*[part * distance for part in ground.translations["x"]], ca.SX.zeros(robot.size - 3))
     continuity = q_next + advance - qm
     names = robot.coordinate_names
-    rows, labels, upper = [continuity], [f"continuity {name}" for name in names], [0.0] * robot.size
-    lower = [0.0] * robot.size
+    rows, upper, lower = [continuity], [0.0] * robot.size, [0.0] * robot.size
+    labels = RowKind.CONTINUITY.labels(*(f"continuity {name}" for name in names))
     if switch.landing:
         landed = pattern.contacts(switch.target)
         J = landed.jacobian(qm)
         mass = dynamics.mass_matrix(robot, qm)
         rows += [(mass @ (v_next - vm) - J.T @ impulse), J @ v_next]
-        labels += [f"impact {name}" for name in names]
-        labels += [f"impact {label}" for label in landed.labels]
+        labels += RowKind.IMPACT.labels(*(f"impact {name}" for name in (*names, *landed.labels)))
         lower += [0.0] * (robot.size + J.shape[0])
         upper += [0.0] * (robot.size + J.shape[0])
         for foot in switch.landing:
             point, velocity = kinematics.foot_position(robot, foot, qm), kinematics.foot_jacobian(robot, foot, qm) @ vm
             rows += [ground.gap(point), into_frame(velocity, ground.frame(point))]
-            labels += [f"touchdown height {foot}", *(f"touchdown velocity {foot} {axis}" for axis in AXES)]
+            axes = (f"touchdown velocity {foot} {axis}" for axis in AXES)
+            labels += RowKind.TOUCHDOWN.labels(f"touchdown height {foot}", *axes)
             lower += [0.0, *(interval[0] for interval in problem.limits.touchdown_velocity)]
             upper += [0.0, *(interval[1] for interval in problem.limits.touchdown_velocity)]
     else:
         rows.append(v_next - vm)
-        labels += [f"continuity rate of {name}" for name in names]
+        labels += RowKind.CONTINUITY.labels(*(f"continuity {RATE}{name}" for name in names))
         lower += [0.0] * robot.size
         upper += [0.0] * robot.size
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
@@ -105,7 +110,7 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         force = ca.SX.sym("force", contacts.size)
         local = contacts.local(force, contacts.points(qm))[contacts.feet.index(foot)]
         rows.append(contacts.contact.normal_force(local) / FORCE_UNIT)
-        labels.append(f"lift-off force {foot} (10 N)")
+        labels += RowKind.LIFT_OFF.labels(f"lift-off force {foot} (10 N)")
         lower, upper = [*lower, 0.0], [*upper, 0.0]
         columns.append(domain.force[-1])
     return Block(
@@ -124,6 +129,28 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     )
 
 
+def phase_block(problem: GaitProblem, domain: DomainLayout) -> Block:
+    """The numbers of the phase are those of the motion's ends."""
+    size, numbers = problem.pattern.robot.size, problem.outputs.phase.numbers
+    first, last, values = ca.SX.sym("first", size), ca.SX.sym("last", size), ca.SX.sym("numbers", len(numbers))
+    measured = problem.outputs.phase.measured(problem.pattern.robot, domain.stance, first, last)
+    zeros = np.zeros((1, len(numbers)))
+    return Block(
+        name=f"phase_{identifier(domain.stance.name)}",
+        variables=ca.vertcat(first, last, values),
+        constants=ca.SX(0, 1),
+        parameters=ProgramParameters.symbols().packed(),
+        rows=values - measured,
+        cost=NO_COST,
+        labels=tuple(RowKind.PHASE.labels(*(number.name for number in numbers))),
+        columns=np.concatenate([domain.q[0], domain.q[-1], domain.phase_numbers])[None, :],
+        values=np.zeros((1, 0)),
+        places=(f"{domain.stance.name} phase",),
+        lower=zeros,
+        upper=zeros,
+    )
+
+
 def period_block(layout: Layout) -> Block:
     """The period is the sum of the durations."""
     durations, period = ca.SX.sym("durations", len(layout.domains)), ca.SX.sym("period")
@@ -135,7 +162,7 @@ def period_block(layout: Layout) -> Block:
         parameters=ProgramParameters.symbols().packed(),
         rows=period - ca.sum1(durations),
         cost=NO_COST,
-        labels=("sum of durations",),
+        labels=tuple(RowKind.PERIOD.labels("sum of durations")),
         columns=columns[None, :],
         values=np.zeros((1, 0)),
         places=("period",),

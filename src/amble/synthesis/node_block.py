@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from amble.control import Redundancy
+from amble.control.phase import DomainPhase, PhaseRates
 from amble.errors import InputError
 from amble.hybrid import Contacts, selection
 from amble.names import identifier
@@ -15,16 +16,20 @@ from amble.numerics.bezier import bezier
 from amble.numerics.collocation import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.model import ACCELERATION, RATE
-from amble.synthesis.assembly import Block
+from amble.synthesis.assembly import Block, Label
 from amble.synthesis.bounds import MARGIN
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
+from amble.synthesis.rows import RowKind
 
 FORCE_UNIT = 10.0
 """Scale of force and torque rows, N and N m, so that rows of all kinds have similar size."""
 
 ACCELERATION_UNIT = 20.0
 """The same for rows of accelerations, rad/s^2."""
+
+SLOWEST = 0.05
+"""Least rate of a phase that the configuration moves, as a share of its mean; curves over it need one that grows."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,11 @@ def output_indices(problem: GaitProblem, domain: DomainLayout) -> list[int]:
     return [names.index(name) for name in problem.outputs.of(domain.stance.name).coordinates]
 
 
+def domain_phase(problem: GaitProblem, domain: DomainLayout) -> DomainPhase:
+    """Return the phase of the outputs in a domain."""
+    return DomainPhase(phase=problem.outputs.phase, robot=problem.pattern.robot, stance=domain.stance)
+
+
 def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Block:
     """Build the rows of all nodes of a domain."""
     contacts = problem.pattern.contacts(domain.stance)
@@ -64,13 +74,16 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     u, lam = ca.SX.sym("u", len(robot.joints)), ca.SX.sym("lambda", contacts.size)
     T, period = ca.SX.sym("T"), ca.SX.sym("period")
     alpha = ca.SX.sym("alpha", len(output_indices(problem, domain)), problem.outputs.order + 1)
-    phase, weight = ca.SX.sym("phase"), ca.SX.sym("weight")
+    numbers = ca.SX.sym("phase_numbers", domain.phase_numbers.size)
+    share, weight = ca.SX.sym("share"), ca.SX.sym("weight")
     parameters = ProgramParameters.symbols()
 
     J = contacts.jacobian(q)
     motion = dynamics.inverse_dynamics(robot, q, v, a) - selection(robot) @ u - J.T @ lam
     contact = J @ a + contacts.bias(q, v)
-    outputs = _output_rows(problem, domain, (q, v, a), (alpha, T, phase))
+    phase = domain_phase(problem, domain).rates(share, T, q, v, numbers)
+    outputs = _output_rows(problem, domain, (q, v, a), alpha, phase)
+    growth = T * phase.rate if phase.by_state else ca.SX(0, 1)
     law = _law_rows(problem, contacts, q, v, u, lam)
     local = contacts.local(lam, contacts.points(q))
     cones = ca.vertcat(*[foot.pyramid(f, (1.0 - MARGIN) * parameters.friction) for f in local], ca.SX(0, 1))
@@ -79,25 +92,32 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     tilted, tilted_labels = _tilted_rows(contacts, q, local)
     coordinates = problem.outputs.of(domain.stance.name).coordinates
     labels = (
-        [f"dynamics {name} (10 N)" for name in robot.coordinate_names]
-        + [f"contact {label}" for label in contacts.labels]
-        + [f"output {kind}{name}" for kind in ("", RATE, ACCELERATION) for name in coordinates]
-        + [f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])]
-        + [f"friction {name} {side} (10 N)" for name in feet for side in foot.sides]
-        + [f"height {name}" for name in swing]
+        RowKind.DYNAMICS.labels(*(f"dynamics {name} (10 N)" for name in robot.coordinate_names))
+        + RowKind.CONTACT.labels(*(f"contact {label}" for label in contacts.labels))
+        + RowKind.OUTPUT.labels(*(f"output {name}" for name in coordinates))
+        + RowKind.OUTPUT_RATE.labels(*(f"output {RATE}{name}" for name in coordinates))
+        + RowKind.OUTPUT_ACCELERATION.labels(*(f"output {ACCELERATION}{name}" for name in coordinates))
+        + RowKind.LAW.labels(*(f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])))
+        + RowKind.FRICTION.labels(*(f"friction {name} {side} (10 N)" for name in feet for side in foot.sides))
+        + RowKind.HEIGHT.labels(*(f"height {name}" for name in swing))
         + tilted_labels
+        + RowKind.PHASE_RATE.labels(*["rate of the phase"] * growth.shape[0])
     )
     equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
     lower, upper = _bounds(problem, domain, equalities, swing)
-    variables = ca.vertcat(q, v, a, u, lam, T, ca.vec(alpha), period)
-    common = np.concatenate([domain.duration, domain.coefficients, layout.period])
+    lower = np.hstack([lower, np.full((domain.nodes, growth.shape[0]), SLOWEST)])
+    upper = np.hstack([upper, np.full((domain.nodes, growth.shape[0]), np.inf)])
+    variables = ca.vertcat(q, v, a, u, lam, T, ca.vec(alpha), numbers, period)
+    common = np.concatenate([domain.duration, domain.coefficients, domain.phase_numbers, layout.period])
     columns = np.hstack([domain.q, domain.v, domain.a, domain.u, domain.force, np.tile(common, (domain.nodes, 1))])
     return Block(
         name=f"node_{identifier(domain.stance.name)}",
         variables=variables,
-        constants=ca.vertcat(phase, weight),
+        constants=ca.vertcat(share, weight),
         parameters=parameters.packed(),
-        rows=ca.vertcat(motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, *gaps, *tilted),
+        rows=ca.vertcat(
+            motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, *gaps, *tilted, growth
+        ),
         cost=weight * T / period * ca.sumsqr(u),  # mean squared torque with the scheme's own quadrature weights
         labels=tuple(labels),
         columns=columns,
@@ -109,9 +129,9 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
 
 
 def _output_rows(
-    problem: GaitProblem, domain: DomainLayout, state: tuple[ca.SX, ca.SX, ca.SX], curve: tuple[ca.SX, ca.SX, ca.SX]
+    problem: GaitProblem, domain: DomainLayout, state: tuple[ca.SX, ca.SX, ca.SX], alpha: ca.SX, phase: PhaseRates
 ) -> ca.SX:
-    """The controlled coordinates lie on their curves with their rates: y = y' = y'' = 0.
+    """The controlled coordinates lie on their curves over the phase, with their rates: y = y' = y'' = 0.
 
     The output dynamics y'' + K_d y' + K_p y = 0 from y = y' = 0 say the same, but through collocation rows that tie
     every controlled coordinate of a node to its neighbours; without them the solver's matrices have a quarter of the
@@ -119,38 +139,24 @@ def _output_rows(
     """
     controlled = output_indices(problem, domain)
     q, v, a = (part[controlled] for part in state)
-    alpha, T, phase = curve
-    value, slope, curvature = bezier(alpha, phase)
-    return ca.vertcat(q - value, v - slope / T, (a - curvature / T**2) / ACCELERATION_UNIT)
+    value, slope, curvature = bezier(alpha, phase.value)
+    second = curvature * phase.rate**2 + slope * phase.second(state[2])
+    return ca.vertcat(q - value, v - slope * phase.rate, (a - second) / ACCELERATION_UNIT)
 
 
 def _law_rows(problem: GaitProblem, contacts: Contacts, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX) -> ca.SX:
-    """Rows of the allocation law, built on the same torque_basis space as the controller's."""
-    robot = contacts.robot
-    torque_basis, force_basis = contacts.torque_null_space(q)
-    speeds = v[robot.size - len(robot.joints) :]
-    return ca.densify(
-        problem.law.optimality_conditions(
-            Redundancy(
-                contacts=contacts,
-                points=contacts.points(q),
-                torques=u,
-                torque_basis=torque_basis,
-                forces=lam,
-                force_basis=force_basis,
-                speeds=speeds,
-            )
-        )
-    )
+    """Rows of the allocation law, built on the same null space as the controller's."""
+    return ca.densify(problem.law.optimality_conditions(Redundancy.at(contacts, (q, v), (u, lam))))
 
 
-def _tilted_rows(contacts: Contacts, q: ca.SX, local: list[ca.SX]) -> tuple[list[ca.SX], list[str]]:
+def _tilted_rows(contacts: Contacts, q: ca.SX, local: list[ca.SX]) -> tuple[list[ca.SX], list[Label]]:
     """What bounds of variables say on level ground: normal force of every stance foot, height of the base."""
     if contacts.ground.level:
         return [], []
     forces = [contacts.contact.normal_force(f) / FORCE_UNIT for f in local]
     base = q[2] - contacts.ground.height(q[0], q[1])
-    return [*forces, base], [*(f"normal force {foot} (10 N)" for foot in contacts.feet), "base above the ground"]
+    labels = RowKind.NORMAL_FORCE.labels(*(f"normal force {foot} (10 N)" for foot in contacts.feet))
+    return [*forces, base], labels + RowKind.BASE_HEIGHT.labels("base above the ground")
 
 
 def _bounds(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from amble.synthesis.assembly import Block, Program, assemble
 from amble.synthesis.bounds import variable_bounds
 from amble.synthesis.layout import Layout, build_layout
-from amble.synthesis.link_blocks import defect_block, period_block, switch_block
+from amble.synthesis.link_blocks import defect_block, period_block, phase_block, switch_block
 from amble.synthesis.node_block import node_block, parameter_values
 from amble.synthesis.problem import GaitProblem
 
@@ -59,4 +59,6 @@ def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:
             defect_block(problem, domain),
             switch_block(problem, layout, number),
         ]
+        if domain.phase_numbers.size:
+            blocks.append(phase_block(problem, domain))
     return [*blocks, period_block(layout)]

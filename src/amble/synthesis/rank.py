@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.errors import NotSolvedError, Row
+from amble.errors import NotSolvedError
+from amble.residual import Residual
 from amble.synthesis.layout import resampled
 from amble.synthesis.program import GaitProgram, build_program
 
@@ -17,6 +17,9 @@ SMALLEST = 1e-7
 
 COARSE = 4
 """Intervals of the mesh that is coarse enough."""
+
+STEPS = (0.05, 0.005, 0.0005)
+"""Largest steps off the start, in scaled variables."""
 
 SHIFT = 1e-12
 """Regularisation of the normal equations, far below SMALLEST squared."""
@@ -31,15 +34,13 @@ def smallest_singular_value(program: GaitProgram, variables: NDArray[np.float64]
         program: the transcribed problem.
         variables: scaled variables at which to look, (n_x,).
     """
-    from scipy.sparse import csc_matrix, diags, identity
+    from scipy.sparse import diags, identity
     from scipy.sparse.linalg import splu
 
     nlp = program.program
-    jacobian: ca.DM = nlp.jacobian(variables, program.parameters)[1]
-    rows, columns = jacobian.sparsity().get_triplet()
-    whole = csc_matrix((jacobian.nonzeros(), (rows, columns)), shape=jacobian.shape).tocsr()
+    _, whole = nlp.linearised(variables, program.parameters)
     free = program.lower < program.upper
-    equal = whole[nlp.lower == nlp.upper][:, free]
+    equal = whole[nlp.equalities][:, free]
     lengths = np.sqrt(np.asarray(equal.multiply(equal).sum(axis=1)).ravel())
     normal = diags(1.0 / np.maximum(lengths, 1e-300)) @ equal
     gram = (normal @ normal.T + SHIFT * identity(normal.shape[0])).tocsc()
@@ -65,7 +66,7 @@ def on_coarse_mesh(program: GaitProgram, natural: NDArray[np.float64]) -> tuple[
     for here, there in zip(program.layout.domains, coarse.layout.domains, strict=True):
         for kind in ("q", "v", "a", "u", "force"):
             thin[getattr(there, kind)] = resampled(natural[getattr(here, kind)], here.phases, there.phases)
-        for kind in ("duration", "coefficients", "impulse"):
+        for kind in ("duration", "coefficients", "phase_numbers", "impulse"):
             thin[getattr(there, kind)] = natural[getattr(here, kind)]
     thin[coarse.layout.period] = natural[program.layout.period]
     return coarse, thin / coarse.layout.scale
@@ -75,18 +76,21 @@ def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> f
     """Return the smallest singular value; raise where equality rows depend on each other.
 
     The point is moved off the given variables by a small fixed random step: a standing robot is a special pose at
-    which rows may be dependent that are not so anywhere near.
+    which rows may be dependent that are not so anywhere near. Where rows look dependent after the step, shorter ones
+    are tried: rows that depend on each other do so everywhere, but a step may also lead far outside the range of a
+    phase of the configuration.
 
     Raises:
         NotSolvedError: names the rows that depend on each other.
     """
-    step = np.random.default_rng(1).uniform(-0.05, 0.05, variables.size)
+    direction = np.random.default_rng(1).uniform(-1.0, 1.0, variables.size)
     inside = np.clip(variables, program.lower, program.upper)  # as the solver's start; far outside all rows look alike
-    value, vector = smallest_singular_value(program, inside + step)
-    if value >= SMALLEST:
-        return value
+    for step in STEPS:
+        value, vector = smallest_singular_value(program, inside + step * direction)
+        if value >= SMALLEST:
+            return value
     nlp = program.program
-    names = np.array(nlp.row_names)[nlp.lower == nlp.upper]
+    names = np.array(nlp.row_names)[nlp.equalities]
     worst = np.argsort(-np.abs(vector))[:8]
-    rows = [Row(f"{names[i]} (weight {vector[i]:.2f})", 0.0, 0.0, 0.0) for i in worst]
+    rows = [Residual(f"{names[i]} (weight {vector[i]:.2f})", 0.0, 0.0, 0.0) for i in worst]
     raise NotSolvedError(f"equality rows depend on each other (smallest singular value {value:.1e})", rows)

@@ -8,7 +8,6 @@ smallest change that removes it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +15,11 @@ from numpy.typing import NDArray
 from amble.errors import InputError, NotSolvedError
 from amble.gait import Gait
 from amble.progress import Progress, ProgressReport, silent
-from amble.robot.model import ACCELERATION
 from amble.synthesis.layout import DomainLayout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.result import from_gait, to_gait
+from amble.synthesis.rows import AT_ENTRY, INITIAL_VALUE
 from amble.synthesis.solve import Solution, violated_rows
 from amble.types import Matrix, Vector
 
@@ -56,8 +55,8 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2, progress: Progress
         raise InputError(f"a mesh refined {factor} times is not finer; at least 2 is needed")
     intervals = (gait.domains[0].times.size - 1) // 2
     program = build_program(replace(problem, intervals=factor * intervals))
-    x = from_gait(gait, program.layout) / program.layout.scale
-    split, tell = _split(program), progress or silent
+    x = from_gait(program.problem, gait, program.layout) / program.layout.scale
+    split, tell = Split.of(program), progress or silent
     for number in range(MOST_STEPS):
         step, worst = _step(program, split, x)
         tell(ProgressReport(what="finer mesh, step", done=number, quantity="residual", value=worst))
@@ -69,7 +68,7 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2, progress: Progress
 
 
 @dataclass(frozen=True)
-class _Split:
+class Split:
     """The equality rows and the free variables, each in two parts.
 
     Attributes:
@@ -84,19 +83,21 @@ class _Split:
     outer_rows: Index
     outer: Index
 
-
-def _split(program: GaitProgram) -> _Split:
-    names, nlp = program.program.row_names, program.program
-    prefixes = tuple(f"{d.stance.name} {kind} " for d in program.layout.domains for kind in ("node", "interval"))
-    # Where the entry lies on the curves is a matter of the entry; the accelerations there belong to the node.
-    entries = tuple(f"{d.stance.name} node 0 output " for d in program.layout.domains)
-    accelerations = tuple(f"{entry}{ACCELERATION}" for entry in entries)
-    at_entry = [name.startswith(entries) and not name.startswith(accelerations) for name in names]
-    inside = np.array([name.startswith(prefixes) for name in names]) & ~np.array(at_entry)
-    equal = nlp.lower == nlp.upper
-    inner = np.concatenate([_inner_variables(domain) for domain in program.layout.domains])
-    free = np.flatnonzero(program.lower < program.upper)
-    return _Split(np.flatnonzero(inside & equal), inner, np.flatnonzero(~inside & equal), np.setdiff1d(free, inner))
+    @classmethod
+    def of(cls, program: GaitProgram) -> Split:
+        """Split the rows of a program by their kinds."""
+        nlp = program.program
+        # Where the entry lies on the curves is a matter of the entry; the accelerations there belong to the node.
+        at_entry = np.isin(nlp.row_kinds, AT_ENTRY) & (nlp.row_instances == 0)
+        inside = np.isin(nlp.row_kinds, INITIAL_VALUE) & ~at_entry
+        inner = np.concatenate([_inner_variables(domain) for domain in program.layout.domains])
+        free = np.flatnonzero(program.lower < program.upper)
+        return cls(
+            inner_rows=np.flatnonzero(inside & nlp.equalities),
+            inner=inner,
+            outer_rows=np.flatnonzero(~inside & nlp.equalities),
+            outer=np.setdiff1d(free, inner),
+        )
 
 
 def _inner_variables(domain: DomainLayout) -> Index:
@@ -104,17 +105,14 @@ def _inner_variables(domain: DomainLayout) -> Index:
     return np.concatenate([places.ravel() for places in kinds])
 
 
-def _step(program: GaitProgram, split: _Split, x: Vector) -> tuple[Vector, float]:
+def _step(program: GaitProgram, split: Split, x: Vector) -> tuple[Vector, float]:
     """Return a Newton step and the largest residual; with J = [A B; C E] in inner and outer parts, by elimination.
 
     The outer step is the smallest solution of (E - C A^-1 B) d = r_outer - C A^-1 r_inner.
     """
-    from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 
-    g, slopes = program.program.jacobian(x, program.parameters)
-    residual = np.asarray(g).ravel()
-    rows: Any = csc_matrix((slopes.nonzeros(), slopes.sparsity().get_triplet()), shape=slopes.shape).tocsr()
+    residual, rows = program.program.linearised(x, program.parameters)
     upper, lower = rows[split.inner_rows].tocsc(), rows[split.outer_rows].tocsc()
     # shorthand
     A, B = splu(upper[:, split.inner]), upper[:, split.outer].toarray()
@@ -134,7 +132,7 @@ def _solution(program: GaitProgram, gait: Gait, x: Vector) -> Solution:
     nlp = program.program
     cost, rows = nlp.nlp(x, program.parameters)
     values = np.asarray(rows).ravel()
-    equal = nlp.lower == nlp.upper
+    equal = nlp.equalities
     report = replace(
         gait.solver,
         violation=float(np.abs(values[equal] - nlp.lower[equal]).max()),

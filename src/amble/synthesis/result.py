@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from amble.errors import InputError
 from amble.gait import DomainTrajectory, Gait
+from amble.synthesis.initial_guess import phase_curves
 from amble.synthesis.layout import DomainLayout, Layout, resampled
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.solve import Solution
@@ -37,11 +38,13 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
     )
 
 
-def from_gait(gait: Gait, layout: Layout) -> NDArray[np.float64]:
+def from_gait(problem: GaitProblem, gait: Gait, layout: Layout) -> NDArray[np.float64]:
     """Return unscaled start variables that follow a gait of the same structure, on this layout's nodes, (n_x,).
 
+    The phase may be another: the curves are then fitted again over the problem's.
+
     Raises:
-        InputError: the gait has other stances, joints or output curves.
+        InputError: the gait has other stances, joints or output curves, or the phase does not grow along its motion.
     """
     expected = [(d.stance, d.coefficients.size, d.q.shape[1], d.impulse.size) for d in layout.domains]
     given = [
@@ -53,7 +56,6 @@ def from_gait(gait: Gait, layout: Layout) -> NDArray[np.float64]:
     for domain, known in zip(layout.domains, gait.domains, strict=True):
         phases = known.times / known.duration
         start[domain.duration] = known.duration
-        start[domain.coefficients] = known.coefficients.ravel(order="F")
         start[domain.impulse] = known.impulse
         kinds = {
             "q": known.positions,
@@ -64,6 +66,11 @@ def from_gait(gait: Gait, layout: Layout) -> NDArray[np.float64]:
         }
         for kind, samples in kinds.items():
             start[getattr(domain, kind)] = resampled(samples, phases, domain.phases)
+        if gait.outputs.phase == problem.outputs.phase:
+            numbers, curves = known.phase_numbers, known.coefficients
+        else:
+            numbers, curves = phase_curves(problem, domain, known.duration, start[domain.q], start[domain.v])
+        start[domain.phase_numbers], start[domain.coefficients] = numbers, curves.ravel(order="F")
     start[layout.period] = sum(known.duration for known in gait.domains)
     return start
 
@@ -83,4 +90,5 @@ def _trajectory(problem: GaitProblem, domain: DomainLayout, natural: NDArray[np.
         torques=frozen(natural[domain.u]),
         forces=frozen(natural[domain.force]),
         impulse=frozen(natural[domain.impulse]),
+        phase_numbers=frozen(natural[domain.phase_numbers]),
     )

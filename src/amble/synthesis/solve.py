@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.errors import Row
 from amble.gait import LagrangeMultipliers, SolverReport
 from amble.progress import Progress
+from amble.residual import Residual, worst_first
 from amble.synthesis.program import GaitProgram
-from amble.synthesis.threads import single_threaded
-from amble.synthesis.watch import Watch
+from amble.synthesis.watch import Watch, single_threaded
 from amble.types import Vector, frozen
 
 IPOPT_OPTIONS: dict[str, Any] = {
@@ -29,8 +28,19 @@ IPOPT_OPTIONS: dict[str, Any] = {
 SOLVED = ("Solve_Succeeded",)
 ROW_TOLERANCE = 1e-6
 
+ROUNDING = 1e-9
+"""How far a scaled start value may lie outside its bounds without being counted as moved."""
+
 WARM_ITERATIONS = 40
 """A warm start that needs more was not near: ASTRo's amble from 0.2 to 0.25 m/s takes 14, a cold start 36."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a solver starts: scaled variables, (n_x,), and where they solve a neighbouring problem its multipliers."""
+
+    variables: Vector
+    multipliers: LagrangeMultipliers | None = None
 
 
 @dataclass(frozen=True)
@@ -42,12 +52,16 @@ class Solution:
         multipliers: those of its bounds and rows, where a solver found them.
         report: status and cost.
         rows: violated rows and bounds, worst first; empty where solved.
+        warm: whether it started from a neighbour's solution and multipliers.
+        projected: how many start values lay outside their bounds and were moved onto them.
     """
 
     variables: NDArray[np.float64]
     multipliers: LagrangeMultipliers | None
     report: SolverReport
-    rows: tuple[Row, ...]
+    rows: tuple[Residual, ...]
+    warm: bool = False
+    projected: int = 0
 
     @property
     def solved(self) -> bool:
@@ -57,27 +71,26 @@ class Solution:
 
 def solve(
     program: GaitProgram,
-    start: NDArray[np.float64],
+    start: Start,
     tolerance: float = 1e-8,
     most_iterations: int = 500,
-    warm: LagrangeMultipliers | None = None,
     progress: Progress | None = None,
 ) -> Solution:
-    """Solve from scaled start variables.
+    """Solve from a start; what of it lies outside its bounds is moved onto them, and counted.
 
     Args:
         program: the transcribed problem.
-        start: scaled variables, (n_x,).
+        start: the start; where it has multipliers, they are used.
         tolerance: IPOPT's overall tolerance on the scaled problem.
         most_iterations: give up after so many.
-        warm: multipliers of a neighbouring problem, whose solution is the start.
         progress: called after every iteration.
 
     Raises:
         KeyboardInterrupt: Ctrl-C arrived; the solver has stopped at the end of its iteration.
     """
     nlp = program.program
-    watch = Watch(program, progress)
+    inside, projected = _projected(program, start.variables)
+    watch, warm = Watch(program, progress, projected), start.multipliers
     options = {
         "grad_f": nlp.gradient,
         "jac_g": nlp.jacobian,
@@ -92,7 +105,7 @@ def solve(
     solver = ca.nlpsol("gait", "ipopt", nlp.nlp, options)
     began = time.perf_counter()
     arguments = {
-        "x0": start,
+        "x0": inside,
         "p": program.parameters,
         "lbx": program.lower,
         "ubx": program.upper,
@@ -104,16 +117,62 @@ def solve(
     with single_threaded(), watch.keeping_interrupts():
         result = solver(**arguments)
     seconds = time.perf_counter() - began
-    return _solution(program, result, solver.stats(), seconds)
+    found = _solution(program, result, solver.stats(), seconds)
+    return replace(found, warm=warm is not None, projected=projected)
 
 
-def violated_rows(program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[Row, ...]:
+def solve_near(
+    program: GaitProgram,
+    near: Start | None,
+    far: Start,
+    tolerance: float,
+    most_iterations: int,
+    progress: Progress | None = None,
+) -> Solution:
+    """Solve from a neighbour's solution with its multipliers; where it was not near, once more from another start.
+
+    Args:
+        program: the transcribed problem.
+        near: a neighbour's solution; None where there is none.
+        far: the other start, which needs no multipliers.
+        tolerance: IPOPT's overall tolerance on the scaled problem.
+        most_iterations: give up after so many in both tries together.
+        progress: called after every iteration.
+
+    Returns:
+        The last try, with the iterations and seconds of both.
+    """
+    if near is None or near.multipliers is None:
+        return solve(program, far, tolerance, most_iterations, progress)
+    first = solve(program, near, tolerance, min(most_iterations, WARM_ITERATIONS), progress)
+    left = most_iterations - first.report.iterations
+    if first.solved or left <= 0:
+        return first
+    second = solve(program, replace(far, multipliers=None), tolerance, left, progress)
+    report = replace(
+        second.report,
+        iterations=first.report.iterations + second.report.iterations,
+        seconds=first.report.seconds + second.report.seconds,
+    )
+    return replace(second, report=report)
+
+
+def _projected(program: GaitProgram, variables: Vector) -> tuple[Vector, int]:
+    """Return the nearest variables within the bounds, and how many had to move by more than rounding."""
+    inside = np.clip(variables, program.lower, program.upper)
+    return inside, int(np.sum(np.abs(inside - variables) > ROUNDING))
+
+
+def violated_rows(
+    program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[Residual, ...]:
     """Return the rows and bounds violated beyond ``ROW_TOLERANCE``, worst first; bounds in natural units."""
     nlp, scale = program.program, program.layout.scale
-    rows = _rows(nlp.row_names, nlp.lower, values, nlp.upper)
+    rows = _rows(nlp.row_names, nlp.lower, values, nlp.upper, nlp.row_kinds)
     names = variable_names(program)
-    rows += _rows(names, program.lower * scale, variables * scale, program.upper * scale)
-    return tuple(sorted(rows, key=lambda row: -row.violation))
+    kinds = np.full(len(names), "bound")
+    rows += _rows(names, program.lower * scale, variables * scale, program.upper * scale, kinds)
+    return worst_first(rows)
 
 
 def variable_names(program: GaitProgram) -> tuple[str, ...]:
@@ -131,9 +190,15 @@ def variable_names(program: GaitProgram) -> tuple[str, ...]:
                 for place, text in zip(places, texts, strict=True):
                     names[place] = f"{domain.place(node)} {text}"
         names[int(domain.duration[0])] = f"{domain.stance.name} duration"
-        for kind in ("coefficients", "impulse"):
-            for number, place in enumerate(getattr(domain, kind)):
-                names[place] = f"{domain.stance.name} {kind} {number}"
+        for place, known in zip(domain.phase_numbers, program.problem.outputs.phase.numbers, strict=True):
+            names[int(place)] = f"{domain.stance.name} phase {known.name}"
+        controlled = program.problem.outputs.of(domain.stance.name).coordinates
+        order = program.problem.outputs.order
+        curves = [f"coefficient {name} {number}" for number in range(order + 1) for name in controlled]
+        axes = [f"impulse {label}" for label in program.problem.pattern.contacts(domain.switch.target).labels]
+        for places, texts in ((domain.coefficients, curves), (domain.impulse, axes if domain.impulse.size else [])):
+            for place, text in zip(places, texts, strict=True):
+                names[place] = f"{domain.stance.name} {text}"
     return tuple(names)
 
 
@@ -142,10 +207,11 @@ def _rows(
     lower: NDArray[np.float64],
     values: NDArray[np.float64],
     upper: NDArray[np.float64],
-) -> list[Row]:
+    kinds: NDArray[np.str_],
+) -> list[Residual]:
     excess = np.maximum(np.maximum(lower - values, values - upper), 0.0)
     bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
-    return [Row(names[i], float(lower[i]), float(values[i]), float(upper[i])) for i in bad]
+    return [Residual(names[i], float(lower[i]), float(values[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]
 
 
 def _solution(program: GaitProgram, result: Any, stats: dict[str, Any], seconds: float) -> Solution:

@@ -74,10 +74,18 @@ class GaitSection(Section):
     mirrored: bool = False
 
 
+class PhaseSection(Section):
+    """The variable that the curves run on, by name, with its parameters."""
+
+    name: str = "time"
+    parameters: dict[str, Any] = {}
+
+
 class OutputsSection(Section):
-    """Order of the Bezier curves, the joints that are not controlled (domain -> joints), and the output gains."""
+    """Order and phase of the Bezier curves, the joints that are not controlled (domain -> joints), the output gains."""
 
     order: int = Field(default=4, ge=3, le=REFERENCE_ORDER)
+    phase: PhaseSection = PhaseSection()
     free: dict[str, list[str]] = {}
     position_gain: PositionGain = 100.0
     velocity_gain: VelocityGain = 20.0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from amble.control.laws import law_for
 from amble.control.outputs import joint_outputs
+from amble.control.phase import PHASES
 from amble.errors import InputError, UnknownNameError, listed
 from amble.gait import Limits
 from amble.gait.limits import Interval
@@ -32,7 +33,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         folder: where a relative path of a robot file starts.
 
     Raises:
-        UnknownNameError: a robot, gait, foot, joint, domain or law that does not exist.
+        UnknownNameError: a robot, gait, foot, joint, domain, phase or law that does not exist.
         InputError: something is missing for a robot outside the catalogue, or does not fit together.
     """
     robot = _robot(specification.robot, Path(folder))
@@ -40,9 +41,10 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     contact = CONTACTS.build(specification.contact.name, specification.contact.parameters)
     pattern = _pattern(specification.gait, robot, _ground(specification.ground), contact)
     outputs = specification.outputs
+    phase = PHASES.build(outputs.phase.name, outputs.phase.parameters)
     return GaitProblem(
         pattern=pattern,
-        outputs=joint_outputs(pattern, outputs.order, outputs.free),
+        outputs=joint_outputs(pattern, outputs.order, outputs.free, phase),
         law=law_for(pattern, specification.law.name, specification.law.parameters),
         speed=specification.gait.speed,
         limits=_limits(specification.limits, pattern, known.bounds if known else None),

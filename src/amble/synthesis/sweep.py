@@ -6,18 +6,15 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.progress import Progress
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.program import GaitProgram, build_program
+from amble.synthesis.program import build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import to_gait
-from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
-from amble.types import Vector
+from amble.synthesis.solve import Start, solve_near
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +28,7 @@ class Outcome:
         iterations: of all tries together.
         seconds: wall time of all tries, with building, s.
         warm: whether the solution before it was the start that led to the gait.
+        projected: how many values of the last start lay outside their bounds and were moved onto them.
     """
 
     problem: GaitProblem
@@ -39,6 +37,7 @@ class Outcome:
     iterations: int
     seconds: float
     warm: bool
+    projected: int
 
 
 def sweep(
@@ -55,14 +54,14 @@ def sweep(
     Args:
         problems: the problems.
         tolerance: the solver's tolerance on the scaled problem.
-        most_iterations: give up a try after so many.
+        most_iterations: give up a problem after so many.
         progress: called after every iteration.
 
     Raises:
         InputError: the problems have different structures.
         NotSolvedError: equality rows depend on each other.
     """
-    known: Solution | None = None
+    known: Start | None = None
     rows: tuple[str, ...] | None = None
     for problem in problems:
         began = time.perf_counter()
@@ -73,30 +72,14 @@ def sweep(
             rows = program.program.row_names
         if program.program.row_names != rows or (known is not None and known.variables.size != start.size):
             raise InputError("a sweep goes through problems of one structure: the same stances, outputs, law and mesh")
-        few = min(most_iterations, WARM_ITERATIONS)
-        tries = [] if known is None else [_try(program, known.variables, known, tolerance, few, progress)]
-        if not tries or not tries[-1].solved:
-            tries.append(_try(program, start, None, tolerance, most_iterations, progress))
-        last = tries[-1]
-        warm = known is not None and len(tries) == 1
-        known = last if last.solved else known
+        last = solve_near(program, known, Start(start), tolerance, most_iterations, progress)
+        known = Start(last.variables, last.multipliers) if last.solved else known
         yield Outcome(
             problem=problem,
             gait=to_gait(problem, program.layout, last) if last.solved else None,
             status=last.report.status + (f", worst {last.rows[0].name}" if last.rows else ""),
-            iterations=sum(each.report.iterations for each in tries),
+            iterations=last.report.iterations,
             seconds=time.perf_counter() - began,
-            warm=warm,
+            warm=last.solved and last.warm,
+            projected=last.projected,
         )
-
-
-def _try(
-    program: GaitProgram,
-    start: Vector,
-    warm: Solution | None,
-    tolerance: float,
-    most_iterations: int,
-    progress: Progress | None,
-) -> Solution:
-    inside = np.clip(start, program.lower, program.upper)
-    return solve(program, inside, tolerance, most_iterations, None if warm is None else warm.multipliers, progress)

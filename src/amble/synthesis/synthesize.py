@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
-import numpy as np
-
-from amble.errors import NotSolvedError, Row
+from amble.errors import NotSolvedError
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
 from amble.synthesis.initial_guess import initial_guess
@@ -15,8 +10,7 @@ from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import WARM_ITERATIONS, Solution, solve
-from amble.types import Vector
+from amble.synthesis.solve import Solution, Start, solve_near
 
 
 class GaitNotSolvedError(NotSolvedError):
@@ -26,8 +20,10 @@ class GaitNotSolvedError(NotSolvedError):
         last: the last iterate, as a gait that violates the rows of the error.
     """
 
-    def __init__(self, status: str, rows: Sequence[Row], last: Gait) -> None:
-        super().__init__(status, rows)
+    def __init__(self, solution: Solution, last: Gait) -> None:
+        status, moved = solution.report.status, solution.projected
+        status += f"; {moved} start values lay outside their bounds and were moved onto them" if moved else ""
+        super().__init__(status, solution.rows)
         self.last = last
 
 
@@ -45,7 +41,7 @@ def synthesize(
         start: a gait of the same pattern to start from, with its multipliers where it has as many intervals; by default
             a walk that kinematics alone draws.
         tolerance: the solver's tolerance on the scaled problem.
-        most_iterations: give up after so many.
+        most_iterations: give up after so many. With multipliers the first 40 are a try with them, the rest one without.
         progress: called after every iteration.
 
     Raises:
@@ -55,39 +51,15 @@ def synthesize(
     """
     program = build_program(problem)
     layout = program.layout
-    natural = initial_guess(problem, layout) if start is None else from_gait(start, layout)
+    natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
     require_full_rank(*on_coarse_mesh(program, natural))
     multipliers = None if start is None else _fitting(start.multipliers, program)
-    solution = _solve(program, natural / layout.scale, multipliers, tolerance, most_iterations, progress)
+    begin = Start(natural / layout.scale, multipliers)
+    solution = solve_near(program, begin, begin, tolerance, most_iterations, progress)
     gait = to_gait(problem, layout, solution)
     if not solution.solved:
-        raise GaitNotSolvedError(solution.report.status, solution.rows, gait)
+        raise GaitNotSolvedError(solution, gait)
     return gait
-
-
-def _solve(
-    program: GaitProgram,
-    start: Vector,
-    multipliers: LagrangeMultipliers | None,
-    tolerance: float,
-    most_iterations: int,
-    progress: Progress | None,
-) -> Solution:
-    """Solve with multipliers first; where the start was not near, from the same start without them."""
-    inside = np.clip(start, program.lower, program.upper)
-    if multipliers is None:
-        return solve(program, inside, tolerance, most_iterations, progress=progress)
-    near = solve(program, inside, tolerance, min(most_iterations, WARM_ITERATIONS), multipliers, progress)
-    left = most_iterations - near.report.iterations
-    if near.solved or left <= 0:
-        return near
-    again = solve(program, inside, tolerance, left, progress=progress)
-    report = replace(
-        again.report,
-        iterations=near.report.iterations + again.report.iterations,
-        seconds=near.report.seconds + again.report.seconds,
-    )
-    return replace(again, report=report)
 
 
 def _fitting(multipliers: LagrangeMultipliers | None, program: GaitProgram) -> LagrangeMultipliers | None:

@@ -8,9 +8,10 @@ from amble.defaults import GRID
 from amble.errors import InputError
 from amble.gait.record import Gait
 from amble.progress import Progress, ProgressReport, silent
+from amble.residual import Residual
 from amble.verification.domain_rows import SampledDomain, domain_findings, motion_findings, sampled
 from amble.verification.feedback_rows import feedback_findings
-from amble.verification.findings import CheckReport, Finding, residuals
+from amble.verification.findings import CheckReport, residuals
 from amble.verification.limit_rows import limit_findings
 from amble.verification.switch_rows import switch_findings
 
@@ -66,7 +67,7 @@ def check(
     tell = progress or silent
     tell(ProgressReport(what="sampling"))
     domains = [sampled(gait, number, grid) for number in range(len(gait.domains))]
-    findings: list[Finding] = []
+    findings: list[Residual] = []
     for number, domain in enumerate(domains):
         tell(ProgressReport(what="domain", done=number + 1, of=len(domains)))
         following = domains[(number + 1) % len(domains)]
@@ -93,18 +94,18 @@ def record_findings(gait: Gait, tolerance: float) -> CheckReport:
         WorkError: the outputs lose their rank along the motion.
     """
     domains = [sampled(gait, number, 1) for number in range(len(gait.domains))]
-    findings: list[Finding] = []
+    findings: list[Residual] = []
     for number, domain in enumerate(domains):
         findings += domain_findings(domain, tolerance)
         switch = switch_findings(gait, domain, domains[(number + 1) % len(domains)], tolerance)
-        findings += [finding for finding in switch if finding.family != "touchdown"]
+        findings += [finding for finding in switch if finding.kind != "touchdown"]
     if all(finding.passed for finding in findings):
         for domain in domains:
             findings += motion_findings(domain, tolerance)
     return CheckReport(tuple(findings), sum(len(domain.times) for domain in domains), tolerance)
 
 
-def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Finding]:
+def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Residual]:
     """Root mean square torque of the closed loop, by Simpson's rule over neighbouring pairs of grid spacings."""
     from scipy.integrate import simpson
 

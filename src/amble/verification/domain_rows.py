@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from amble.control.outputs import selection_matrix
+from amble.control.phase import DomainPhase
 from amble.errors import WorkError
 from amble.gait.record import DomainTrajectory, Gait
 from amble.hybrid import Contacts, Stance, Switch
 from amble.hybrid.contact import AXES
+from amble.residual import Residual
 from amble.types import IntegerVector, Matrix, Vector
-from amble.verification.findings import Finding, residuals
+from amble.verification.findings import limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
@@ -60,7 +62,14 @@ def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
     """Interpolate a domain and solve its closed loop on the grid."""
     trajectory, stance = gait.domains[number], gait.pattern.solved[number]
     weights = selection_matrix(gait.robot, gait.outputs.of(stance.name))
-    loop = OutputDynamics(weights, weights.T @ trajectory.coefficients, trajectory.duration, gait.gains)
+    loop = OutputDynamics(
+        weights=weights,
+        references=weights.T @ trajectory.coefficients,
+        duration=trajectory.duration,
+        gains=gait.gains,
+        domain=DomainPhase(phase=gait.outputs.phase, robot=gait.robot, stance=stance),
+        phase_numbers=trajectory.phase_numbers,
+    )
     times = fine_grid(trajectory.times, grid)
     q, v = interpolated(trajectory, times)
     contacts = gait.pattern.contacts(stance)
@@ -84,10 +93,11 @@ def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
     )
 
 
-def domain_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def domain_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Return every residual of a domain but those of its motion in time."""
     return [
         *_clock(domain, tolerance),
+        *_phase(domain, tolerance),
         *_nodes(domain, tolerance),
         *_dynamics(domain, tolerance),
         *_contact(domain, tolerance),
@@ -101,13 +111,28 @@ def size_of(values: Matrix) -> float:
     return 1.0 + float(np.max(np.abs(values), initial=0.0))
 
 
-def _clock(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _clock(domain: SampledDomain, tolerance: float) -> list[Residual]:
     ends = np.array([[domain.trajectory.times[0], domain.trajectory.times[-1] - domain.trajectory.duration]])
     names = [f"{domain.name} clock at the entry", f"{domain.name} clock at the end less the duration"]
     return residuals("clock", names, ends, np.array([np.nan]), tolerance)
 
 
-def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _phase(domain: SampledDomain, tolerance: float) -> list[Residual]:
+    """Numbers of the phase against the motion's ends, and that the phase grows; nothing where it is time."""
+    numbers = domain.gait.outputs.phase.numbers
+    if not numbers:
+        return []
+    q, v, times = domain.positions, domain.velocities, domain.times
+    missed = domain.trajectory.phase_numbers - domain.loop.domain.measured(q[0], q[-1])
+    names = [f"{domain.name} phase {number.name}" for number in numbers]
+    pace = domain.trajectory.duration * domain.loop.desired(times, q, v).pace
+    return [
+        *residuals("phase", names, missed[None], np.array([np.nan]), tolerance),
+        limit("phase", f"{domain.name} rate of the phase times the duration", pace, times, (0.0, np.inf), 0.0),
+    ]
+
+
+def motion_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible."""
     robot, times = domain.gait.robot, domain.times
     try:
@@ -123,10 +148,10 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Finding]:
     ]
 
 
-def _nodes(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _nodes(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Recorded accelerations, torques and forces against the closed loop's."""
     robot, trajectory, nodes = domain.gait.robot, domain.trajectory, domain.nodes
-    found: list[Finding] = []
+    found: list[Residual] = []
     for kind, labels, recorded, solved in (
         ("acceleration", robot.coordinate_names, trajectory.accelerations, domain.motion.accelerations),
         ("torque", robot.joint_names, trajectory.torques, domain.motion.torques),
@@ -137,7 +162,7 @@ def _nodes(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return found
 
 
-def _dynamics(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _dynamics(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """D a + h - B u - J^T lambda of what is recorded."""
     # shorthand
     at, trajectory, nodes = domain.terms, domain.trajectory, domain.nodes
@@ -151,10 +176,10 @@ def _dynamics(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return residuals("dynamics", names, balance, trajectory.times, tolerance, scale)
 
 
-def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _contact(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Stance feet: gap to the ground, drift from where they stood at the entry, velocity, acceleration."""
     at, trajectory, nodes, times = domain.terms, domain.trajectory, domain.nodes, domain.times
-    found: list[Finding] = []
+    found: list[Residual] = []
     for foot in domain.stance.feet:
         columns = at.foot(foot)
         place, rate = at.positions[:, columns], at.rates[:, columns]
@@ -169,13 +194,13 @@ def _contact(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return found + residuals("contact", names, acceleration, trajectory.times, tolerance, scale)
 
 
-def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _outputs(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Outputs and their rates along the grid, and the output dynamics of the recorded accelerations at the nodes."""
     trajectory, nodes, times = domain.trajectory, domain.nodes, domain.times
     coordinates = domain.gait.outputs.of(domain.name).coordinates
     value, rate = domain.loop.errors(times, domain.positions, domain.velocities)
-    commanded = domain.loop.commanded(times, domain.positions, domain.velocities)[nodes]
-    dynamics = (trajectory.accelerations[:, 3:] - commanded) @ domain.loop.weights.T
+    q, v = domain.positions[nodes], domain.velocities[nodes]
+    dynamics = domain.loop.residuals(times[nodes], q, v, trajectory.accelerations)
     kinds = ("output", "output rate", "output dynamics")
     outputs, changes, answers = ([f"{domain.name} {kind} {name}" for name in coordinates] for kind in kinds)
     rates, accelerations = size_of(trajectory.velocities), size_of(trajectory.accelerations)
@@ -186,7 +211,7 @@ def _outputs(domain: SampledDomain, tolerance: float) -> list[Finding]:
     ]
 
 
-def _law(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _law(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Rows of the allocation law of the recorded torques, with orthonormal internal forces."""
     gait, trajectory, nodes = domain.gait, domain.trajectory, domain.nodes
     at = terms(domain.contacts, domain.positions[nodes], domain.velocities[nodes])

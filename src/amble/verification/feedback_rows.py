@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from amble.control.phase import DomainPhase
 from amble.gait.record import Feedback, Gait
 from amble.hybrid import Switch
-from amble.types import Vector
-from amble.verification.findings import Finding, residuals
+from amble.residual import Residual
+from amble.types import Vector, frozen
+from amble.verification.findings import residuals
 from amble.verification.output_dynamics import OutputDynamics, integrate
-from amble.verification.stance_model import smallest_torques, terms
+from amble.verification.stance_model import terms
 from amble.verification.switch_rows import NO_TIME, plastic
 
 
-def feedback_findings(gait: Gait, tolerance: float) -> list[Finding]:
+def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     """Integrate the stabilised loop once around; nothing where the gait is not stabilised."""
     if gait.feedback is None:
         return []
@@ -41,13 +43,20 @@ def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tu
     """Flow through one domain and its reset; return the new state and the guard at the end."""
     name, size, contacts = switch.source.name, gait.robot.size, gait.pattern.contacts(switch.source)
     duration = feedback.durations[name]
-    loop = OutputDynamics(feedback.weights[name], feedback.references[name], duration, gait.gains)
+    loop = OutputDynamics(
+        weights=feedback.weights[name],
+        references=feedback.references[name],
+        duration=duration,
+        gains=gait.gains,
+        domain=DomainPhase(phase=gait.outputs.phase, robot=gait.robot, stance=switch.source),
+        phase_numbers=feedback.phase_numbers.get(name, frozen([])),
+    )
     times = np.array([0.0, duration])
     q, v = integrate(contacts, loop, state[:size], state[size:], times)
     if switch.landing:
         at = terms(gait.pattern.contacts(switch.target), q[-1:], v[-1:])
         return np.concatenate([q[-1], plastic(at)[0]]), at.gap(switch.landing[0])
     at = terms(contacts, q[-1:], v[-1:])
-    motion = smallest_torques(at, loop.weights, loop.commanded(times[-1:], q[-1:], v[-1:]))
+    motion = loop.solve(at, times[-1:], q[-1:], v[-1:])
     force = contacts.contact.normal_force(at.local_force(switch.lifting[0], motion.forces))
     return np.concatenate([q[-1], v[-1]]), force

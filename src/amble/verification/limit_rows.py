@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from amble.residual import Residual
 from amble.verification.domain_rows import SampledDomain
-from amble.verification.findings import Finding, limit
+from amble.verification.findings import limit
 
 
-def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Finding]:
+def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Residual]:
     """Return the limits of a domain.
 
     Args:
@@ -27,7 +28,7 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
     ]
 
 
-def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
+def _forces(domain: SampledDomain, slack: float) -> list[Residual]:
     """Normal force and the true friction cone of every stance foot; a foot that lifts ends at the cone's tip."""
     limits, contact, friction = domain.gait.limits, domain.contacts.contact, domain.contacts.ground.friction
     found = []
@@ -45,7 +46,7 @@ def _forces(domain: SampledDomain, slack: float) -> list[Finding]:
     return found
 
 
-def _swing(domain: SampledDomain, tolerance: float, slack: float) -> list[Finding]:
+def _swing(domain: SampledDomain, tolerance: float, slack: float) -> list[Residual]:
     """Swing feet: never under the ground, and at the clearance in the middle of their swing."""
     least, times, found = domain.gait.limits.clearance, domain.times, []
     for foot in domain.gait.robot.foot_names:
@@ -76,7 +77,7 @@ def middle_of_swing(domain: SampledDomain, foot: str) -> float:
     return 0.5 * (before + 1 + after) - before
 
 
-def _positions(domain: SampledDomain, slack: float) -> list[Finding]:
+def _positions(domain: SampledDomain, slack: float) -> list[Residual]:
     robot, ground, found = domain.gait.robot, domain.contacts.ground, []
     for name, bounds in domain.gait.limits.positions.items():
         values = domain.positions[:, robot.coordinate_index(name)]
@@ -86,7 +87,7 @@ def _positions(domain: SampledDomain, slack: float) -> list[Finding]:
     return found
 
 
-def _rates(domain: SampledDomain, slack: float) -> list[Finding]:
+def _rates(domain: SampledDomain, slack: float) -> list[Residual]:
     """Speeds, torques and accelerations against symmetric limits."""
     robot, limits, times = domain.gait.robot, domain.gait.limits, domain.times
     joints = robot.joint_names

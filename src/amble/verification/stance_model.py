@@ -128,32 +128,32 @@ def _terms(contacts: Contacts) -> ca.Function:
     return ca.Function("terms", [q, v], [ca.densify(part) for part in parts], {"cse": True})
 
 
-def smallest_torques(at: Terms, weights: Matrix, commanded: Matrix) -> Motion:
-    """Solve the motion in which the weighted outputs accelerate as commanded, with the smallest torques.
+def smallest_torques(at: Terms, rows: Stack, commanded: Matrix) -> Motion:
+    """Solve the motion in which the outputs accelerate as commanded, with the smallest torques.
 
-    Unknowns (a, u, lambda) of [D -B -J^T; J 0 0; H S 0 0; 0 N^T 0], solved as one dense system.
+    Unknowns (a, u, lambda) of [D -B -J^T; J 0 0; Y 0 0; 0 N^T 0], solved as one dense system.
 
     Args:
         at: the terms.
-        weights: H over (roll, pitch, yaw, joints), (n_y, n_q - 3).
-        commanded: w with H (a - w) = 0, (points, n_q - 3).
+        rows: Y, the outputs' accelerations by the coordinates', (points, n_y, n_q).
+        commanded: Y a, (points, n_y).
 
     Raises:
         WorkError: the system is singular: the decoupling matrix has lost rank.
     """
     # shorthand
-    D, J, N, H = at.mass, at.jacobian, at.torque_basis, weights
-    points, n, m, c, y, k = len(D), D.shape[1], N.shape[1], J.shape[1], len(H), N.shape[2]
+    D, J, N = at.mass, at.jacobian, at.torque_basis
+    points, n, m, c, y, k = len(D), D.shape[1], N.shape[1], J.shape[1], rows.shape[1], N.shape[2]
     system = np.zeros((points, n + c + y + k, n + m + c))
     right = np.zeros((points, n + c + y + k))
     system[:, :n, :n] = D
     system[:, n - m : n, n : n + m] = -np.eye(m)
     system[:, :n, n + m :] = -np.swapaxes(J, 1, 2)
     system[:, n : n + c, :n] = J
-    system[:, n + c : n + c + y, 3:n] = H
+    system[:, n + c : n + c + y, :n] = rows
     system[:, n + c + y :, n : n + m] = np.swapaxes(N, 1, 2)
     right[:, :n], right[:, n : n + c] = -at.bias, -at.contact_bias
-    right[:, n + c : n + c + y] = commanded @ H.T
+    right[:, n + c : n + c + y] = commanded
     try:
         solution = np.linalg.solve(system, right[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:

@@ -7,15 +7,16 @@ import numpy as np
 from amble.errors import WorkError
 from amble.gait.record import Gait
 from amble.hybrid.contact import AXES
+from amble.residual import Residual
 from amble.types import Matrix, Vector
 from amble.verification.domain_rows import SampledDomain, size_of
-from amble.verification.findings import Finding, limit, residuals
+from amble.verification.findings import limit, residuals
 from amble.verification.stance_model import Terms, terms
 
 NO_TIME = np.array([np.nan])
 
 
-def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain, tolerance: float) -> list[Finding]:
+def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain, tolerance: float) -> list[Residual]:
     """Return the rows of one switch; behind the last solved domain follows the (mirrored) first one."""
     last = domain.name == gait.pattern.solved[-1].name
     q, v = following.positions[0], following.velocities[0]
@@ -25,11 +26,11 @@ def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain,
     return found + (_period(gait, domain, q, tolerance) if last else _continuity(domain, q, tolerance))
 
 
-def _guard(domain: SampledDomain, tolerance: float) -> list[Finding]:
+def _guard(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """The guard is zero at the end and not before; a landing foot comes down within its velocity bounds."""
     at, times, switch = domain.terms, domain.times, domain.switch
     limits, end = domain.gait.limits, domain.times[-1:]
-    found: list[Finding] = []
+    found: list[Residual] = []
     for foot in switch.landing:
         height, velocity = at.gap(foot), at.local_velocity(foot)[-1:]
         found += residuals("guard", [f"{switch.name} touchdown height {foot}"], height[-1:, None], end, tolerance)
@@ -49,7 +50,7 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Finding]:
     return found
 
 
-def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Finding]:
+def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Residual]:
     """Plastic impact: D (v+ - v-) = J^T iota, J v+ = 0; both the recorded impulse and one solved for here."""
     gait, switch, trajectory = domain.gait, domain.switch, domain.trajectory
     names, before = gait.robot.coordinate_names, domain.velocities[-1]
@@ -69,7 +70,7 @@ def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Findi
         ("stops foot", feet, stopped, size_of(trajectory.velocities)),
         ("impulse", feet, trajectory.impulse - impulse, size_of(impulse)),
     ]
-    found: list[Finding] = []
+    found: list[Residual] = []
     for kind, labels, values, scale in kinds:
         rows = [f"{switch.name} impact {kind} {label}" for label in labels]
         found += residuals("impact", rows, np.asarray(values)[None], NO_TIME, tolerance, scale)
@@ -92,12 +93,12 @@ def plastic(at: Terms) -> tuple[Vector, Vector]:
     return solution[:n], solution[n:]
 
 
-def _continuity(domain: SampledDomain, after: Vector, tolerance: float) -> list[Finding]:
+def _continuity(domain: SampledDomain, after: Vector, tolerance: float) -> list[Residual]:
     rows = [f"{domain.switch.name} continuity {name}" for name in domain.gait.robot.coordinate_names]
     return residuals("continuity", rows, (after - domain.positions[-1])[None], NO_TIME, tolerance)
 
 
-def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) -> list[Finding]:
+def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) -> list[Residual]:
     """The solved domains end where they began, further along the ground: over x by speed times duration."""
     duration = sum(part.duration for part in gait.domains)
     advance = domain.positions[-1] - start

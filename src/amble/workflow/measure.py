@@ -7,20 +7,20 @@ from pathlib import Path
 
 from amble.analysis import (
     compare,
-    compare_allocations,
+    compare_laws,
     every_law,
     monitors,
     paper_laws,
     samples_of_gait,
     samples_of_trace,
+    with_laws,
 )
-from amble.analysis.laws import with_laws
 from amble.control.actuator import ACTUATORS
 from amble.errors import FallError
 from amble.gait import Gait
 from amble.gait.files import load_gait
 from amble.progress import Progress, ProgressReport, silent
-from amble.report.allocation import allocation_results, allocation_table
+from amble.report.allocation import allocation_results, law_table
 from amble.report.results import read_results, seconds_from, settings_from
 from amble.report.run import RESULTS, RunReport, Stability, write_run
 from amble.report.stability_results import stability_from
@@ -57,23 +57,22 @@ def measure(
     if trace.cycles < 1:
         raise FallError(f"the simulated motion has no whole cycle to measure: {trace.ended}")
     methods, every = paper_laws(gait), every_law(gait)
-    laws = tuple(methods.laws.values())
-    allocations = compare_allocations(gait, every.laws)
+    allocations = compare_laws(gait, every.laws)
     whole = samples_of_trace(trace, gait.pattern).only(0, trace.cycles)
     last = whole.only(max(trace.cycles - SHOWN, 0), trace.cycles)
     return RunReport(
         gait=gait,
         simulated=whole,
         cycles=trace.cycles,
-        two_cycles=with_laws(last, laws),
-        comparison=compare([with_laws(samples_of_gait(gait), laws), with_laws(whole, laws)], ACTUATORS),
+        two_cycles=with_laws(last, methods.laws),
+        comparison=compare([samples_of_gait(gait), whole], methods.laws, ACTUATORS),
         contact=monitors(gait, trace),
         speed_achieved=whole.distance / float(whole.times[-1] - whole.times[0]),
         settings=settings,
         seconds=seconds,
         versions=computing_versions(),
         stability=stability,
-        tables=(allocation_table(allocations, every.notes),),
+        tables=(law_table(allocations, "nominal", notes=every.notes),),
         notes=methods.notes,
         extra={"allocation": allocation_results(allocations)},
     )

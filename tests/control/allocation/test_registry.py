@@ -35,8 +35,8 @@ def test_a_law_survives_json(law: AllocationLaw) -> None:
 
 
 def test_every_law_of_the_registry_is_tried() -> None:
-    assert {law.name for law in EXAMPLES} == set(LAWS)
-    assert all(LAWS[law.name] is type(law) for law in EXAMPLES)
+    assert {law.name for law in EXAMPLES} == set(LAWS.names)
+    assert all(type(LAWS.build(law.name, law.parameters)) is type(law) for law in EXAMPLES)
 
 
 def test_unknown_names_are_told_the_known_ones() -> None:

@@ -19,7 +19,7 @@ from amble.control import (
 )
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints, pack
-from amble.hybrid import Contacts
+from amble.hybrid import Contacts, Stance
 from amble.hybrid.internal_forces import point_forces
 from tests import robots
 from tests.control.allocation.stances import NAMES, allocate, dynamics, random_postures, samples, stance_feet
@@ -91,10 +91,11 @@ def test_all_laws_cause_the_same_acceleration(name: str) -> None:
     q, v, t = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size), ca.SX.sym("t")
     constraints = VirtualConstraints.symbols(11, robot.size - 3, 4)
     symbols = [q, v, t, constraints.packed()]
+    phase = constraints.phase_rates(robot, Stance("S", feet), t, q, v)
     standing = [joint for foot in feet for joint in robot.legs[foot]]
     functions = []
     for law in (*laws(name), DropActuator((standing[1],))):
-        loop = linearise(Contacts(robot, feet), law, q, v, t, constraints)
+        loop = linearise(Contacts(robot, feet), law, q, v, phase, constraints)
         functions.append(ca.Function("loop", symbols, [loop.acceleration, loop.torques, loop.forces]))
     generator = np.random.default_rng(3)
     weights = np.hstack([np.zeros((11, 3)), np.delete(np.eye(12), robot.joint_index(standing[1]), axis=0)])
@@ -126,13 +127,20 @@ def test_any_choice_keeps_the_acceleration(name: str, count: int) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_normal_forces_of_two_feet_on_a_level_do_not_change(name: str) -> None:
+def test_normal_forces_of_two_feet_change_only_where_one_stands_higher(name: str) -> None:
+    """docs/theory/allocation.md, section 1: internal forces of two feet act along the line between them."""
+    symbol, generator = ca.SX.sym("p", 6), np.random.default_rng(5)
+    function = ca.Function("W", [symbol], [point_forces([symbol[:3], symbol[3:]])])
     for sample in samples(name, 2, 10, seed=5):
-        level = sample.force_basis.copy()
-        level[2::3] = 0.0  # what the force_basis becomes where both feet have the same height
         s = allocate(name, 2, MinimumPower("paper"), sample)[0]
-        assert (level @ s)[2::3] == pytest.approx([0.0, 0.0], abs=0.0)
-        assert np.cross(level[:3, 0], level[3:, 0]) == pytest.approx(np.zeros(3), abs=1e-12)
+        feet = generator.normal(0.0, 0.3, (2, 3))
+        for step in (0.0, 0.05):
+            feet[1, 2] = feet[0, 2] + step
+            change = (np.asarray(function(feet.ravel())) @ s).ravel()
+            largest = np.abs(change).max()
+            assert largest > 0.0
+            assert (np.abs(change[2::3]).max() > 1e-3 * largest) == (step > 0.0)
+            assert change[2] + change[5] == pytest.approx(0.0, abs=1e-12 * largest)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import casadi as ca
 
 from amble.control.allocation.contact_limits import ContactLimits, margins, torque_margin
-from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, steered_joints
+from amble.control.allocation.law import LawWithBreakpoints, Redundancy, effort_limits, steered_joints
 from amble.control.allocation.line import Interval, above, band, common, inside_cone, lowest_peak
 from amble.numerics.interior_point import QuadraticProgram, minimise
 
@@ -24,7 +24,7 @@ DEEP = 0.1
 
 
 @dataclass(frozen=True)
-class BoundedMinimumNorm(AllocationLaw):
+class BoundedMinimumNorm(LawWithBreakpoints):
     """Minimise |u|^2 within limits (docs/theory/allocation.md, eq. 12 to 17 and 20).
 
     Torque limits are the effort limits of the robot's description. Two point feet: friction cones are exact, and the
@@ -63,17 +63,6 @@ class BoundedMinimumNorm(AllocationLaw):
         """Friction and the smallest normal force."""
         return {"friction": self.friction, "normal_force": self.normal_force}
 
-    def allocate(self, redundancy: Redundancy) -> ca.SX:
-        """Clip the minimum norm into the limits.
-
-        Raises:
-            InputError: where a joint has no effort limit.
-        """
-        if not redundancy.size:
-            return ca.SX(0, 1)
-        on_line = redundancy.size == 1 and not redundancy.contacts.contact.moments
-        return self._on_line(redundancy) if on_line else self._in_space(redundancy)
-
     def diagnostics(self, redundancy: Redundancy, s: ca.SX) -> Mapping[str, ca.SX]:
         """Return ``margin``, (3,): distance to the torque, friction and normal force limits, negative where missed.
 
@@ -87,8 +76,16 @@ class BoundedMinimumNorm(AllocationLaw):
     def _contact(self) -> ContactLimits:
         return ContactLimits(self.friction, self.normal_force)
 
-    def _on_line(self, redundancy: Redundancy) -> ca.SX:
-        """One free direction: clip to normal forces, then friction, then torques; exact where they meet (eq. 16)."""
+    def on_line(self, redundancy: Redundancy) -> ca.SX:
+        """Clip to normal forces, then friction, then torques; exact where they meet (eq. 16).
+
+        Where contacts hold moments, whose cones are not round, the program takes the place of the closed form.
+
+        Raises:
+            InputError: where a joint has no effort limit.
+        """
+        if redundancy.contacts.contact.moments:
+            return self.in_space(redundancy)
         u, n = redundancy.torques, redundancy.torque_basis
         s = -ca.dot(n, u) / ca.dot(n, n)
         steers = [_zero_where_level(w) for w in redundancy.local(redundancy.force_basis)]
@@ -97,8 +94,12 @@ class BoundedMinimumNorm(AllocationLaw):
         s = common([inside_cone(f, e, self.friction) for f, e in pairs]).clip(s)
         return _torque_interval(redundancy).clip(s)
 
-    def _in_space(self, redundancy: Redundancy) -> ca.SX:
-        """Several free directions: find how much the limits must give way, then the smallest torques (eq. 20)."""
+    def in_space(self, redundancy: Redundancy) -> ca.SX:
+        """Several free directions: find how much the limits must give way, then the smallest torques (eq. 20).
+
+        Raises:
+            InputError: where a joint has no effort limit.
+        """
         # shorthand
         N, k = redundancy.torque_basis, redundancy.size
         unit = ca.sqrt(ca.sum1(N**2)).T

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from numbers import Real
 from typing import Any, ClassVar
@@ -39,6 +39,38 @@ class Redundancy:
     forces: ca.SX
     force_basis: ca.SX
     speeds: ca.SX
+
+    @classmethod
+    def at(
+        cls,
+        contacts: Contacts,
+        state: tuple[ca.SX, ca.SX],
+        particular: tuple[ca.SX, ca.SX],
+        null_space: tuple[ca.SX, ca.SX] | None = None,
+    ) -> Redundancy:
+        """Collect all torques that realise the motion of one of them.
+
+        Args:
+            contacts: the stance feet on the ground.
+            state: coordinates and their rates, (n_q,) each.
+            particular: one torque, (n_joints,), N m, and the contact forces that go with it, (n_f,), N.
+            null_space: what ``Contacts.torque_null_space`` returns there, where it is at hand already.
+        """
+        q, v = state
+        torque_basis, force_basis = contacts.torque_null_space(q) if null_space is None else null_space
+        return cls(
+            contacts=contacts,
+            points=contacts.points(q),
+            torques=particular[0],
+            torque_basis=torque_basis,
+            forces=particular[1],
+            force_basis=force_basis,
+            speeds=v[contacts.robot.size - len(contacts.robot.joints) :],
+        )
+
+    def moved(self, s: ca.SX) -> Redundancy:
+        """Return the same torques, seen from the member u(s)."""
+        return replace(self, torques=self.torques + self.torque_basis @ s, forces=self.forces + self.force_basis @ s)
 
     @property
     def robot(self) -> Robot:
@@ -122,6 +154,24 @@ def finite(what: str, value: Any) -> float:
     except OverflowError:  # a whole number of hundreds of digits
         pass
     raise InputError(f"the {what} is {shown(value)}; it must be a finite number")
+
+
+class LawWithBreakpoints(AllocationLaw):
+    """A law that minimises something whose slope jumps: in closed form along one free direction, else as a program."""
+
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
+        """Minimise exactly; without free directions there is nothing to choose."""
+        if not redundancy.size:
+            return ca.SX(0, 1)
+        return self.on_line(redundancy) if redundancy.size == 1 else self.in_space(redundancy)
+
+    @abstractmethod
+    def on_line(self, redundancy: Redundancy) -> ca.SX:
+        """Return s, (1,), along one free direction, such as that of two point feet."""
+
+    @abstractmethod
+    def in_space(self, redundancy: Redundancy) -> ca.SX:
+        """Return s, (k,), among several free directions, such as those of three and four point feet."""
 
 
 def steered_joints(redundancy: Redundancy) -> list[int]:

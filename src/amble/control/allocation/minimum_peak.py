@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.allocation.law import AllocationLaw, Redundancy, effort_limits, steered_joints
+from amble.control.allocation.law import LawWithBreakpoints, Redundancy, effort_limits, steered_joints
 from amble.control.allocation.line import lowest_peak
 from amble.numerics.interior_point import QuadraticProgram, minimise
 
@@ -15,7 +15,7 @@ TIE = 1e-9
 
 
 @dataclass(frozen=True)
-class MinimumPeak(AllocationLaw):
+class MinimumPeak(LawWithBreakpoints):
     """Minimise max_j |u_j| / u_max,j over the stance legs' joints (docs/theory/allocation.md, eq. 10).
 
     u_max,j is the effort limit of the robot's description.
@@ -26,20 +26,29 @@ class MinimumPeak(AllocationLaw):
         """Name in files and on the command line."""
         return "peak"
 
-    def allocate(self, redundancy: Redundancy) -> ca.SX:
-        """Minimise exactly: on a line in closed form (eq. 11), else as a linear program (eq. 19).
+    def on_line(self, redundancy: Redundancy) -> ca.SX:
+        """Minimise in closed form (eq. 11).
 
         Raises:
             InputError: where a joint has no effort limit.
         """
-        if not redundancy.size:
-            return ca.SX(0, 1)
-        joints = steered_joints(redundancy)
-        limit = effort_limits(redundancy, joints)
-        u, N = redundancy.torques[joints] / limit, redundancy.torque_basis[joints, :] / limit
-        if redundancy.size == 1:
-            return lowest_peak([u[j] for j in range(len(joints))], [N[j, 0] for j in range(len(joints))])
-        return _in_space(u, N)
+        u, N = _relative(redundancy)
+        return lowest_peak(ca.vertsplit(u), ca.vertsplit(N))
+
+    def in_space(self, redundancy: Redundancy) -> ca.SX:
+        """Minimise as a linear program (eq. 19).
+
+        Raises:
+            InputError: where a joint has no effort limit.
+        """
+        return _in_space(*_relative(redundancy))
+
+
+def _relative(redundancy: Redundancy) -> tuple[ca.SX, ca.SX]:
+    """Torques of the joints that can be steered, and the free directions, relative to the joints' limits."""
+    joints = steered_joints(redundancy)
+    limit = effort_limits(redundancy, joints)
+    return redundancy.torques[joints] / limit, redundancy.torque_basis[joints, :] / limit
 
 
 def _in_space(u: ca.SX, N: ca.SX) -> ca.SX:

@@ -10,14 +10,14 @@ import casadi as ca
 
 from amble.control.actuator import ACTUATORS, Actuator
 from amble.control.actuator import actuator as actuator_named
-from amble.control.allocation.law import AllocationLaw, Redundancy, steered_joints
+from amble.control.allocation.law import LawWithBreakpoints, Redundancy, steered_joints
 from amble.control.allocation.line import lowest_with_breakpoints
 from amble.errors import InputError
 from amble.numerics.interior_point import QuadraticProgram, minimise
 
 
 @dataclass(frozen=True)
-class MinimumPower(AllocationLaw):
+class MinimumPower(LawWithBreakpoints):
     """Minimise sum_j max(u_j w_j, 0) + r u_j^2, r = R / (N K_t)^2 (docs/theory/allocation.md, eq. 8).
 
     Attributes:
@@ -46,12 +46,13 @@ class MinimumPower(AllocationLaw):
         model = _model(self.actuator)
         return {"actuator": model.name if model in ACTUATORS else asdict(model)}
 
-    def allocate(self, redundancy: Redundancy) -> ca.SX:
-        """Minimise exactly: on a line in closed form (eq. 9), else as a quadratic program (eq. 18)."""
-        if not redundancy.size:
-            return ca.SX(0, 1)
-        model = _model(self.actuator)
-        return _on_line(redundancy, model) if redundancy.size == 1 else _in_space(redundancy, model)
+    def on_line(self, redundancy: Redundancy) -> ca.SX:
+        """Minimise in closed form (eq. 9)."""
+        return _on_line(redundancy, _model(self.actuator))
+
+    def in_space(self, redundancy: Redundancy) -> ca.SX:
+        """Minimise as a quadratic program (eq. 18)."""
+        return _in_space(redundancy, _model(self.actuator))
 
 
 def _model(given: Actuator | str | Mapping[str, Any]) -> Actuator:

@@ -1,0 +1,45 @@
+"""A domain prepared for motions through it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.hybrid import Domain, HybridSystem, Transition
+from amble.simulation.bound import Bound, bind
+from amble.simulation.flow import LEFT_DOMAIN, STUCK
+from amble.types import Vector
+
+
+@dataclass(frozen=True)
+class PreparedDomain:
+    """A domain prepared for motions through it: its place in the system, its margin and the resets that leave it."""
+
+    number: int
+    domain: Domain
+    leaving: tuple[Transition, ...]
+    admissibility: Bound | None
+    resets: tuple[Bound, ...]
+
+    def barred(self, entry: Vector) -> str:
+        """Say why a motion cannot begin here (``Arc.ended``); empty where it can."""
+        if not np.all(np.isfinite(entry)):
+            return STUCK
+        if self.admissibility is not None and not self.admissibility(0.0, entry)[0][0] > 0:
+            return LEFT_DOMAIN
+        return ""
+
+    def reset(self, fired: int, clock: float, state: Vector) -> Vector:
+        """Return the state after the reset of a transition that leaves the domain, (n_x,)."""
+        return self.resets[fired](clock, state)[0]
+
+
+def prepare_domain(system: HybridSystem, name: str) -> PreparedDomain:
+    """Prepare a domain of a system."""
+    domain, leaving = system.domain(name), system.leaving(name)
+    admissibility = None if domain.admissibility is None else bind(domain.admissibility, domain.parameters)
+    resets = tuple(bind(transition.reset, domain.parameters) for transition in leaving)
+    return PreparedDomain(
+        [candidate.name for candidate in system.domains].index(name), domain, leaving, admissibility, resets
+    )
