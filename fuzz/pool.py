@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 import queue
+import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +17,10 @@ from fuzz.worker import seconds_of, work
 
 WAITING = 8
 """Longest wait for an answer, as a multiple of the processor time: the machine may be busy, and children work too."""
+
+
+TELLING = 60.0
+"""Seconds between two lines of a run about how far it is."""
 
 
 class Worker:
@@ -62,7 +67,6 @@ class Tally:
         counts: outcome -> how many.
         reasons: what was said of those that loaded -> how many.
         failures: signature -> (kind, seed, verdict) of the first input that failed in this way.
-        failed: how many failed.
     """
 
     counts: Counter[str] = field(default_factory=Counter)
@@ -106,8 +110,18 @@ def run(requests: Iterable[tuple[str, int]], workers: int, seconds: float, cache
     threads = [threading.Thread(target=loop) for _ in range(workers)]
     for thread in threads:
         thread.start()
-    for thread in threads:
-        thread.join()
+    _wait(threads, tally)
     if not errors.empty():
         raise errors.get()
     return tally
+
+
+def _wait(threads: Sequence[threading.Thread], tally: Tally) -> None:
+    """Wait for all threads, and say now and then how far they are."""
+    told = time.monotonic()
+    for thread in threads:
+        while thread.is_alive():
+            thread.join(0.5)
+            if time.monotonic() - told > TELLING:
+                told = time.monotonic()
+                print(f"... {dict(tally.counts)}, {len(tally.failures)} kinds of failure", file=sys.stderr, flush=True)
