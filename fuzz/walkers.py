@@ -32,7 +32,7 @@ RADIUS = 1e-6
 """Two certificates of one motion; what differs is the rounding of another order of sums."""
 
 EVALUATIONS = 600
-"""Of a reference integration, in place of 5,000: twice what the sound gait takes; most gaits here are no motion."""
+"""Of a reference integration, in place of 2,000: twice what the sound gait takes; most gaits here are no motion."""
 
 UNTOUCHED = ("names", "versions", "solver", "limits", "multipliers")
 TOUCHED = ("number", "number", "numbers", "law", "gains", "ground", "robot", "feedback", "parent", "speed", "order")

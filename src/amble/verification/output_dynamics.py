@@ -19,7 +19,7 @@ from amble.verification.stance_model import Motion, Stack, Terms, smallest_torqu
 INTEGRATION_TOLERANCE = 1e-11
 """Relative and absolute tolerance of the reference integration, far below the tolerance of a check."""
 
-MOST_EVALUATIONS = 5000
+MOST_EVALUATIONS = 2000
 """Evaluations of one integration; walks of ASTRo take 280 to 420. From numbers that are no motion it may not end."""
 
 
