@@ -6,10 +6,16 @@ INSTALL := $(PIP) install --constraint requirements.txt
 EDITABLE := $(INSTALL) --no-build-isolation --editable
 
 .DEFAULT_GOAL := help
-.PHONY: help run test slow coverage lint format bench lock clean
+FUZZ_SECONDS ?= 3600
+FUZZ_INPUTS ?= 100000
+FUZZ_GAITS ?= 2000
+FUZZ_SEED ?= 0
+FUZZ := OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m fuzz
+
+.PHONY: help run test slow coverage fuzz fuzz-ci lint format bench lock clean
 
 help:  ## this list
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
 
 run: $(VENV)/run.stamp  ## the whole paper: gait, certificate, 500 cycles, table, figures in runs/astro-amble
 	$(VENV)/bin/amble reproduce --out runs/astro-amble
@@ -22,6 +28,12 @@ slow: $(VENV)/develop.stamp  ## the tests that are too long for `make test`
 
 coverage: $(VENV)/develop.stamp  ## all tests again, and the share of lines and branches that they run
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile --cov --cov-report=term
+
+fuzz: $(VENV)/develop.stamp  ## drawn inputs for every reader and gaits through check, certify, export: FUZZ_INPUTS, FUZZ_GAITS, FUZZ_SECONDS each, FUZZ_SEED
+	$(FUZZ) --inputs $(FUZZ_INPUTS) --gaits $(FUZZ_GAITS) --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED)
+
+fuzz-ci: $(VENV)/develop.stamp  ## the same for three minutes at most
+	$(FUZZ) --inputs 5000 --gaits 100 --seconds 80
 
 lint: $(VENV)/develop.stamp  ## style, types, layers
 	$(VENV)/bin/ruff check .

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from amble.errors import NotSolvedError
+from amble.errors import NotSolvedError, UnknownNameError, listed
 from amble.residual import Residual
 
 
@@ -22,3 +22,13 @@ def test_the_worst_rows_come_first() -> None:
     assert lines[1].endswith("b  (violated by 2)")
     assert lines[2] == "... and 1 more"
     assert error.rows[0].violation == pytest.approx(2.0)
+
+
+def test_a_list_of_names_is_as_long_as_a_sentence_may_be() -> None:
+    assert listed(["a", "b\n"]) == "a, b\\n"
+    assert listed([]) == ""
+    many = [f"link {number}" for number in range(3000)]
+    text = str(UnknownNameError("link", "x", many))
+    assert len(text) < 2200
+    count = text.count("link ") - 1  # the kind is one of them
+    assert text.endswith(f" and {3000 - count} more")

@@ -35,6 +35,17 @@ def shown(value: object, most: int = 80) -> str:
     return text if len(text) <= most else f"{text[:most]}..."
 
 
+def listed(names: Iterable[str], most: int = 2000) -> str:
+    """Return names as they may stand in a sentence: each as ``shown``, and no more than fit into so many characters."""
+    parts = [shown(name) for name in names]
+    size = 0
+    for count, part in enumerate(parts):
+        size += len(part) + len(", ")
+        if size > most:
+            return f"{', '.join(parts[:count])} and {len(parts) - count} more"
+    return ", ".join(parts)
+
+
 class AmbleError(Exception):
     """Base of every error that amble raises on purpose."""
 
@@ -55,8 +66,7 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        listing = ", ".join(map(shown, self.known)) or "none"
-        super().__init__(f"unknown {kind} '{shown(name)}'; known: {listing}")
+        super().__init__(f"unknown {kind} '{shown(name)}'; known: {listed(self.known) or 'none'}")
 
 
 class MissingExtraError(InputError):

@@ -64,6 +64,8 @@ REFUSED: dict[str, tuple[Callable[[Gait], object], str]] = {
     ),
     "fewer nodes": (lambda g: with_first(g, torques=first(g).torques[:-2]), "its torques have the shape 5 x 12"),
     "NaN": (lambda g: with_first(g, positions=first(g).positions * np.nan), "positions hold a number that is not"),
+    "too large": (lambda g: with_first(g, forces=1e100 * first(g).forces), "forces hold a number above 1e\\+12"),
+    "too fast": (lambda g: replace(g, speed=1e300), "speed of the gait is 1e\\+300"),
     "standing": (lambda g: with_first(g, velocities=0.0 * first(g).velocities), "nothing moves"),
     "pulling": (lambda g: with_first(g, forces=-np.abs(first(g).forces)), "no foot pushes on the ground"),
     "forces of another stance": (lambda g: with_first(g, forces=first(g).forces[:, :3]), "the forces of domain 'D1'"),

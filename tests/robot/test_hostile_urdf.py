@@ -55,7 +55,6 @@ def sentence(file: Path) -> str:
     return ""
 
 
-@pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")  # inertias near the largest number, which records refuse
 @pytest.mark.parametrize("seed", range(5))
 def test_a_damaged_urdf(seed: int, tmp_path: Path) -> None:
     draw = random.Random(seed)
@@ -66,3 +65,20 @@ def test_a_damaged_urdf(seed: int, tmp_path: Path) -> None:
         assert "\n" not in text
         refused += bool(text)
     assert refused > 20
+
+
+@pytest.mark.parametrize("attribute", ["mass value", "inertia ixx", "origin xyz", "axis xyz"])
+def test_numbers_that_no_robot_has_are_refused(attribute: str, tmp_path: Path) -> None:
+    """Products of them would not be finite, and the sentence would be about something else."""
+    key = attribute.split()[1]
+    text = re.sub(rf'(<{attribute.split(maxsplit=1)[0]}[^>]* {key}=")[^ "]*', r"\g<1>1e200", CONTENT.decode(), count=1)
+    assert "1e200" in text
+    (tmp_path / "robot.urdf").write_text(text)
+    with pytest.raises(InputError, match="numbers of a robot go up to 1e\\+12"):
+        load_robot(tmp_path / "robot.urdf", FEET)
+
+
+def test_a_very_short_axis_is_a_direction(tmp_path: Path) -> None:
+    text = re.sub(r'axis xyz="[^"]*"', 'axis xyz="0 1e-200 0"', CONTENT.decode(), count=1)
+    (tmp_path / "robot.urdf").write_text(text)
+    assert list(load_robot(tmp_path / "robot.urdf", FEET).joints[0].axis) == [0.0, 1.0, 0.0]

@@ -12,12 +12,15 @@ import numpy as np
 
 from amble.control.outputs import LARGEST_ORDER, actuated_freedoms, controllable
 from amble.control.phase import DomainPhase
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError, UnknownNameError, listed
 from amble.types import frozen
 
 if TYPE_CHECKING:
     from amble.gait.record import DomainTrajectory, Feedback, Gait
     from amble.types import Vector
+
+LARGEST_NUMBER = 1e12
+"""Largest number of a gait, in SI units: products of a few stay far below the largest that there is."""
 
 CLOCK_ROUNDING = 1e-9
 """What the last node's clock may miss of the duration, as a share of it."""
@@ -28,7 +31,7 @@ def check_trajectory(domain: DomainTrajectory) -> None:
 
     Raises:
         InputError: a duration that is not positive, a clock that does not run from 0 to it, fields of different
-            lengths, or a number that is not finite.
+            lengths, or a number that is not finite or too large.
     """
     place, nodes = f"the motion of domain '{domain.name}'", len(domain.times)
     check_duration(f"the duration of domain '{domain.name}'", domain.duration)
@@ -36,16 +39,16 @@ def check_trajectory(domain: DomainTrajectory) -> None:
         values = getattr(domain, field)
         if values.ndim != 2 or len(values) != nodes:
             raise InputError(f"{place} has {nodes} nodes, but its {field} have the shape {_shape(values)}")
-        _finite(place, field, values)
+        _bounded(place, field, values)
     for field in ("coefficients", "times", "impulse"):
-        _finite(place, field, getattr(domain, field))
+        _bounded(place, field, getattr(domain, field))
     if nodes < 3 or nodes % 2 == 0:
         raise InputError(f"{place} has {nodes} nodes; ends and middles of its intervals are an odd number from 3 on")
     _clock(place, domain.times, domain.duration)
 
 
 def check_feedback(feedback: Feedback) -> None:
-    """Refuse stabilised outputs with a duration that is not positive or a number that is not finite.
+    """Refuse stabilised outputs with a duration that is not positive or a number that is not finite or too large.
 
     Raises:
         InputError: in one sentence.
@@ -54,8 +57,8 @@ def check_feedback(feedback: Feedback) -> None:
         check_duration(f"the feedback's duration of domain '{name}'", duration)
     for field in ("references", "weights"):
         for name, values in getattr(feedback, field).items():
-            _finite(f"the feedback of domain '{name}'", field, values)
-    _finite("the feedback", "start", feedback.start)
+            _bounded(f"the feedback of domain '{name}'", field, values)
+    _bounded("the feedback", "start", feedback.start)
 
 
 def check_gait(gait: Gait) -> None:
@@ -68,6 +71,8 @@ def check_gait(gait: Gait) -> None:
     for what, value in (("speed", gait.speed), ("position gain", gait.gains[0]), ("velocity gain", gait.gains[1])):
         if not np.isfinite(value):
             raise InputError(f"the {what} of the gait is {value}, not a finite number")
+        if abs(value) > LARGEST_NUMBER:
+            raise InputError(f"the {what} of the gait is {value}; numbers of a gait go up to {LARGEST_NUMBER:g}")
     solved = [stance.name for stance in gait.pattern.solved]
     _same("outputs", [entry.domain for entry in gait.outputs.domains], solved)
     _same("motion", [domain.name for domain in gait.domains], solved)
@@ -137,7 +142,7 @@ def _check_phase(gait: Gait, number: int, numbers: Vector) -> None:
         )
     if not phase.numbers:
         return
-    _finite(f"domain '{stance.name}'", f"numbers of phase '{phase.name}'", numbers)
+    _bounded(f"domain '{stance.name}'", f"numbers of phase '{phase.name}'", numbers)
     domain, motion = DomainPhase(phase=phase, robot=gait.robot, stance=stance), gait.domains[number]
     found = domain.sampled(motion.times, motion.duration, motion.positions, motion.velocities, numbers)
     if not np.all(np.isfinite(found)):
@@ -166,7 +171,7 @@ def _check_feedback_shapes(gait: Gait, feedback: Feedback) -> None:
 
 def _same(what: str, names: Collection[str], solved: list[str]) -> None:
     if set(names) != set(solved) or len(names) != len(solved):
-        raise InputError(f"the {what} of the gait name the domains {', '.join(names)}, not {', '.join(solved)}")
+        raise InputError(f"the {what} of the gait name the domains {listed(names)}, not {listed(solved)}")
 
 
 def _shaped(what: str, values: Any, shape: tuple[int, ...]) -> None:
@@ -178,6 +183,8 @@ def _shape(values: Any) -> str:
     return " x ".join(map(str, values.shape)) or "of one number"
 
 
-def _finite(place: str, field: str, values: Any) -> None:
+def _bounded(place: str, field: str, values: Any) -> None:
     if not np.all(np.isfinite(values)):
         raise InputError(f"{place}: its {field} hold a number that is not finite")
+    if not np.all(np.abs(values) <= LARGEST_NUMBER):
+        raise InputError(f"{place}: its {field} hold a number above {LARGEST_NUMBER:g}")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError, printable
+from amble.errors import InputError, UnknownNameError, listed, printable
 from amble.robot.model import Foot, Joint, Link, Robot
 from amble.robot.readers import FileJoint, FileLink, FileRobot, read_robot
 from amble.robot.rotation import skew, snap
@@ -110,7 +110,7 @@ def _find_root(file: FileRobot, path: Path) -> str:
     if not roots:
         raise InputError(f"{path.name}: the joints form a cycle, so no link is the root")
     if len(roots) > 1:
-        raise InputError(f"{path.name}: more than one root link: {', '.join(roots)}")
+        raise InputError(f"{path.name}: more than one root link: {listed(roots)}")
     return _base_below(file, roots[0], path)
 
 

@@ -30,6 +30,25 @@ RATE, ACCELERATION = "rate of ", "acceleration of "
 """Before the name of a coordinate: the name of its derivative among states and rows."""
 
 
+LARGEST_NUMBER = 1e12
+"""Largest number of a robot, in SI units: products of a few stay far below the largest that there is."""
+
+
+def check_bounded(what: str, *values: float | Matrix) -> None:
+    """Refuse numbers that are not finite, or larger than any robot has.
+
+    Raises:
+        InputError: in one sentence, with the number.
+    """
+    for value in values:
+        array = np.asarray(value, dtype=np.float64)
+        bad = ~(np.abs(array) <= LARGEST_NUMBER)
+        if np.any(bad):
+            raise InputError(
+                f"the {what} holds {array[bad][0]:g}; numbers of a robot are finite, up to {LARGEST_NUMBER:g}"
+            )
+
+
 @dataclass(frozen=True)
 class Link:
     """A rigid body, fixed links merged into it.
@@ -47,8 +66,9 @@ class Link:
     inertia: Matrix
 
     def __post_init__(self) -> None:
-        """Check the name."""
+        """Check the name and the size of the numbers."""
         check_name("link", self.name)
+        check_bounded(f"link '{self.name}'", self.mass, self.center, self.inertia)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,10 +100,11 @@ class Joint:
     velocity: float
 
     def __post_init__(self) -> None:
-        """Check the name: a joint is a coordinate, beside those of the base and the derivatives of all."""
+        """Check name and numbers: a joint is a coordinate, beside those of the base and the derivatives of all."""
         check_name("joint", self.name)
         if self.name in BASE_COORDINATES or self.name.startswith((RATE, ACCELERATION)):
             raise InputError(f"a joint is called '{self.name}', which is the name of another coordinate or derivative")
+        check_bounded(f"joint '{self.name}'", self.rotation, self.translation, self.axis)
 
 
 @dataclass(frozen=True)
@@ -103,9 +124,10 @@ class Foot:
     offset: Vector
 
     def __post_init__(self) -> None:
-        """Check the names."""
+        """Check the names and the size of the numbers."""
         check_name("foot", self.name)
         check_name("foot's frame", self.frame)
+        check_bounded(f"foot '{self.name}'", self.offset)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -137,12 +159,13 @@ class Robot:
     unused: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the names: each is one, no two of a kind agree, and twins are feet.
+        """Check the names: each is one, no two of a kind agree, and twins are feet; and the size of gravity.
 
         Raises:
             UnknownNameError: a twin is no foot.
-            InputError: a name cannot be one, or occurs twice.
+            InputError: a name cannot be one, or occurs twice; a number is not one of a robot.
         """
+        check_bounded("gravity of the robot", self.gravity)
         check_name("robot", self.name)
         check_name("robot's file", self.source, LONGEST_FILE)
         check_distinct("link", (link.name for link in self.links))

@@ -17,6 +17,7 @@ import numpy as np
 
 from amble.errors import InputError, printable, shown
 from amble.io.reader import parse_number, read_bytes
+from amble.robot.model import LARGEST_NUMBER
 from amble.robot.rotation import rotation_of_rpy
 from amble.types import Matrix, Vector, frozen
 
@@ -205,10 +206,11 @@ def _axis(element: ElementTree.Element, kind: str, where: str) -> Vector:
     if axis is None or kind in ("fixed", "floating"):
         return frozen([1.0, 0.0, 0.0])
     direction = _triple(_attribute(axis, "xyz", where), f"{where}, axis")
-    length = float(np.linalg.norm(direction))
-    if length == 0.0:
+    largest = float(np.max(np.abs(direction)))
+    if largest == 0.0:
         raise InputError(f"{where} has an axis of length zero")
-    return frozen(direction / length)
+    direction = np.ldexp(direction, -math.frexp(largest)[1])  # exact; squares of very small numbers are zero
+    return frozen(direction / np.linalg.norm(direction))
 
 
 def _reference(element: ElementTree.Element, tag: str, where: str) -> str:
@@ -247,4 +249,6 @@ def _number(text: str, where: str, infinite: bool = False) -> float:
         raise InputError(f"{where} is '{shown(text)}', not a number") from None
     if math.isnan(value) or (math.isinf(value) and not infinite):
         raise InputError(f"{where} is '{shown(text)}', not a finite number")
+    if not infinite and abs(value) > LARGEST_NUMBER:
+        raise InputError(f"{where} is '{shown(text)}'; numbers of a robot go up to {LARGEST_NUMBER:g}")
     return value

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from amble.control.laws import law_for
 from amble.control.outputs import joint_outputs
 from amble.control.phase import PHASES
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError, UnknownNameError, listed
 from amble.gait import Limits
 from amble.gait.cost import COSTS
 from amble.gait.limits import Interval
@@ -142,7 +142,7 @@ def _posture(specification: Specification, robot: Robot, known: Posture | None) 
     angles = _merged("joint", robot.joint_names, {}, section.angles)
     missing = [name for name in robot.joint_names if name not in angles]
     if missing:
-        raise InputError(f"[posture] lacks the angle of {', '.join(missing)}")
+        raise InputError(f"[posture] lacks the angle of {listed(missing)}")
     return Posture(section.height, angles)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 
 import casadi as ca
 import numpy as np
@@ -17,6 +18,9 @@ from amble.verification.stance_model import Motion, Stack, Terms, smallest_torqu
 
 INTEGRATION_TOLERANCE = 1e-11
 """Relative and absolute tolerance of the reference integration, far below the tolerance of a check."""
+
+MOST_EVALUATIONS = 2000
+"""Evaluations of one integration; walks of ASTRo take 280 to 420. From numbers that are no motion it may not end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,13 +123,16 @@ def integrate(contacts: Contacts, loop: OutputDynamics, q: Vector, v: Vector, ti
     The allocation law does not matter: it does not change the acceleration (docs/theory/allocation.md, eq. 6).
 
     Raises:
-        WorkError: the integration fails.
+        WorkError: the integration fails, or takes more than ``MOST_EVALUATIONS``.
     """
     from scipy.integrate import solve_ivp
 
-    size = contacts.robot.size
+    size, evaluations = contacts.robot.size, count()
+    what = f"the motion of stance {', '.join(contacts.feet)} cannot be integrated"
 
     def rate(t: float, x: Vector) -> Vector:
+        if next(evaluations) == MOST_EVALUATIONS:
+            raise WorkError(f"{what}: it took more than {MOST_EVALUATIONS} evaluations to come to {t:g} s")
         q, v = x[None, :size], x[None, size:]
         motion = loop.solve(terms(contacts, q, v), np.array([t]), q, v)
         return np.concatenate([v[0], motion.accelerations[0]])
@@ -134,6 +141,6 @@ def integrate(contacts: Contacts, loop: OutputDynamics, q: Vector, v: Vector, ti
     start = np.concatenate([q, v])
     done = solve_ivp(rate, (times[0], times[-1]), start, method="DOP853", t_eval=times, **accuracy)
     if not done.success:
-        raise WorkError(f"the motion of stance {', '.join(contacts.feet)} cannot be integrated: {done.message}")
+        raise WorkError(f"{what}: {done.message}")
     states = done.y.T
     return states[:, :size], states[:, size:]

@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 
 from amble.control.allocation.law import AllocationLaw, Redundancy
-from amble.errors import InputError, UnknownNameError, shown
+from amble.errors import InputError, UnknownNameError, listed, shown
 from amble.numerics.linear_algebra import OrthogonalFactor
 
 
@@ -71,7 +71,7 @@ class DropActuator(AllocationLaw):
         dropped = [robot.joint_names.index(joint) for joint in self.joints if joint in standing]
         if len(dropped) != redundancy.size:
             raise InputError(
-                f"of the actuators to drop ({', '.join(self.joints)}) {len(dropped)} belong to the stance legs "
+                f"of the actuators to drop ({listed(self.joints)}) {len(dropped)} belong to the stance legs "
                 f"{', '.join(feet)}, but {redundancy.size} must: dropping a joint of a swing leg makes the "
                 "decoupling matrix singular, and dropping fewer leaves the torques undetermined"
             )

@@ -71,4 +71,6 @@ class WeightedMinimumNorm(AllocationLaw):
         for joint in self.weights:
             if joint not in names:
                 raise UnknownNameError("joint", joint, names)
-        return ca.SX(ca.DM([float(self.weights.get(joint, 1.0)) for joint in names])) * redundancy.torque_basis
+        weights = ca.DM([float(self.weights.get(joint, 1.0)) for joint in names])
+        # a product of matrices, for casadi multiplies no entries of a basis without columns
+        return ca.mtimes(ca.SX(ca.diag(weights)), redundancy.torque_basis)

@@ -1,0 +1,17 @@
+"""All kinds of input by name."""
+
+from __future__ import annotations
+
+from fuzz import kinds, traces
+from fuzz.kinds import Kind
+
+READERS = (
+    Kind("gait", ".json", 30, kinds.draw_gait, kinds.read_gait),
+    Kind("urdf", ".urdf", 25, kinds.draw_urdf, kinds.read_urdf),
+    Kind("specification", ".toml", 20, kinds.draw_specification, kinds.read_specification),
+    Kind("results", ".json", 10, kinds.draw_results, kinds.read_results),
+    Kind("law", ".txt", 12, kinds.draw_law, kinds.read_law),
+    Kind("trace", ".nc", 3, traces.draw_trace, traces.read_trace),  # each is read in a process of its own: 0.3 s
+)
+
+BY_NAME = {kind.name: kind for kind in READERS}
