@@ -96,7 +96,7 @@ def synthetic_limits() -> Limits:
         speeds=dict.fromkeys(robot.joint_names, 4.0),
         torques=dict.fromkeys(robot.joint_names, 50.0),
         acceleration=100.0,
-        touchdown_velocity=((-0.2, 0.3), (-0.1, 0.1), (-2.0, 0.0)),
+        touchdown_velocity=((-0.2, 0.3), (-0.1, 0.1), (-2.0, -0.06)),
         normal_force=10.0,
         clearance=0.02,
     )

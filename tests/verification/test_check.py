@@ -59,7 +59,8 @@ def test_names_are_no_templates(stabilised_gait: Gait, report: CheckReport) -> N
 
 
 def test_a_finer_mesh_holds_between_its_nodes_too(walking_gait: Gait, small_problem: GaitProblem) -> None:
-    finer = check(refine(replace(small_problem, limits=walking_gait.limits), walking_gait))
+    limits = replace(walking_gait.limits, touchdown_velocity=small_problem.limits.touchdown_velocity)
+    finer = check(refine(replace(small_problem, limits=limits), walking_gait))
     assert {row.kind for row in finer.failed} <= {"speed"}, str(finer)
 
 
@@ -149,6 +150,19 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
         "acceleration limit",
         "touchdown",
     }
+
+
+@pytest.mark.parametrize(("share", "holds"), [(1.0, True), (0.05, False), (0.0, False)])
+def test_a_foot_that_grazes_the_ground_is_named(walking_gait: Gait, share: float, holds: bool) -> None:
+    """The gait's own limits allow a landing at rest, as those of former files do; rr comes down at 0.20 sqrt(g l)."""
+    assert walking_gait.limits.touchdown_velocity[2][1] == 0.0
+    velocities = np.array(walking_gait.domains[0].velocities)
+    velocities[-1] *= share
+    report = check(changed(walking_gait, 0, velocities=frozen(velocities)), grid=1)
+    row = next(row for row in report.rows if row.name == "D1->D2 touchdown velocity rr z")
+    assert row.passed is holds
+    size = np.sqrt(walking_gait.robot.gravity * walking_gait.robot.leg_length)
+    assert row.value == pytest.approx(-0.2026 * share * size, rel=1e-3)
 
 
 def test_a_feedback_that_does_not_return_is_named(stabilised_gait: Gait, report: CheckReport) -> None:

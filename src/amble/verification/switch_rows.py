@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amble.errors import WorkError
+from amble.gait.limits import highest_landing
 from amble.gait.record import Gait
 from amble.hybrid.contact import AXES
 from amble.residual import Residual
@@ -39,7 +40,8 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Residual]:
             limit("guard", f"{switch.name} height before touchdown {foot}", height[inside], times[inside],
                   (0.0, np.inf), tolerance)
         )  # fmt: skip
-        for axis, bounds in enumerate(limits.touchdown_velocity):
+        *tangents, (lower, upper) = limits.touchdown_velocity
+        for axis, bounds in enumerate((*tangents, (lower, min(upper, highest_landing(domain.gait.robot))))):
             name = f"{switch.name} touchdown velocity {foot} {AXES[axis]}"
             found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance))
     if switch.lifting and not switch.landing:
