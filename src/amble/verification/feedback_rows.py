@@ -23,8 +23,9 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     start = np.asarray(gait.feedback.start)
     state, found = start, []
     for switch in gait.pattern.switches:
-        state, guard = _passed(gait, gait.feedback, switch, state)
-        found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance)
+        state, guards = _passed(gait, gait.feedback, switch, state)
+        landed = [f"{switch.name} feedback {name} at the end" for name in guards]
+        found += residuals("feedback", landed, np.array([*guards.values()]).T, NO_TIME, tolerance)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
     forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
@@ -39,8 +40,8 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)
 
 
-def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, Vector]:
-    """Flow through one domain and its reset; return the new state and the guard at the end."""
+def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, dict[str, Vector]]:
+    """Flow through one domain and its reset; return the new state and what is zero at the end, by name."""
     name, size, contacts = switch.source.name, gait.robot.size, gait.pattern.contacts(switch.source)
     duration = feedback.durations[name]
     loop = OutputDynamics(
@@ -55,8 +56,8 @@ def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tu
     q, v = integrate(contacts, loop, state[:size], state[size:], times)
     if switch.landing:
         at = terms(gait.pattern.contacts(switch.target), q[-1:], v[-1:])
-        return np.concatenate([q[-1], plastic(at)[0]]), at.gap(switch.landing[0])
+        return np.concatenate([q[-1], plastic(at)[0]]), {f"height {foot}": at.gap(foot) for foot in switch.landing}
     at = terms(contacts, q[-1:], v[-1:])
     motion = loop.solve(at, times[-1:], q[-1:], v[-1:])
     force = contacts.contact.normal_force(at.local_force(switch.lifting[0], motion.forces))
-    return np.concatenate([q[-1], v[-1]]), force
+    return np.concatenate([q[-1], v[-1]]), {f"lift-off force {switch.lifting[0]}": force}
