@@ -11,6 +11,7 @@ from amble.control import DropActuator
 from amble.control.phase import DomainPhase
 from amble.errors import InputError, WorkError
 from amble.gait import DomainTrajectory, Gait
+from amble.hybrid import Contacts
 from amble.synthesis import GaitProblem, refine
 from amble.types import Vector, frozen
 from amble.verification import domain_rows
@@ -18,6 +19,7 @@ from amble.verification.check import check
 from amble.verification.findings import CheckReport, limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.stance_model import Motion, allocated, law_residuals, terms
 from tests.grounds import on_friction
 from tests.hostile import with_names
 
@@ -210,6 +212,14 @@ def test_integration_is_accurate_where_the_answer_is_known(walking_gait: Gait) -
     value, rate = loop.errors(times, q, v)
     np.testing.assert_allclose(value, 0.0, atol=1e-8)  # the entry itself is met to the solver's 1e-8
     np.testing.assert_allclose(rate, 0.0, atol=1e-7)
+
+
+def test_in_flight_a_law_has_nothing_to_choose(walking_gait: Gait) -> None:
+    robot, law = walking_gait.robot, walking_gait.law
+    at = terms(Contacts(robot, ()), *np.random.default_rng(4).normal(0.0, 0.3, (2, 3, robot.size)))
+    nothing, torques = np.zeros((3, 0)), np.ones((3, len(robot.joints)))
+    assert law_residuals(at, torques, nothing, law).shape == (3, 0)
+    assert allocated(at, Motion(np.zeros((3, robot.size)), torques, nothing), law).torques is torques
 
 
 def polynomial(times: Vector, degree: int) -> DomainTrajectory:

@@ -49,6 +49,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
         [len(gait.outputs.of(stance.name).coordinates) for stance in pattern.solved],
         REFERENCE_ORDER,
         gait.outputs.phase,
+        gait.limits.normal_force,
     )
     parameters = {stance.name: loop_parameters(gait, stance.name) for stance in pattern.solved}
     domains, transitions = [], []

@@ -51,6 +51,7 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
         *_duration_rows(gait, trace),
         _speed_row(gait, trace),
         *_ground_rows(gait, trace, margin),
+        *_lift_off_rows(gait, trace),
         *contact_report(trace, gait.pattern, bounds).rows,
     )
 
@@ -119,6 +120,22 @@ def _ground_rows(gait: Gait, trace: Trace, margin: float) -> list[Residual]:
             end = inside[-1], feet.index(foot)
             name = f"{switch.name} {foot} touchdown velocity along the normal"
             rows.append(Residual(name, -np.inf, float(rate[end]), -slowest))
+    return rows
+
+
+def _lift_off_rows(gait: Gait, trace: Trace) -> list[Residual]:
+    """Feet that leave by force do so at the smallest normal force, each of them."""
+    pattern, feet, count = gait.pattern, gait.robot.foot_names, len(trace.time)
+    forces = trace.signals["force"].reshape(count, len(feet), -1)
+    frames = pattern.ground.frame(trace.signals["foot"].reshape(count, len(feet), -1))
+    normal = pattern.contact.normal_force(pattern.contact.local(forces, frames))
+    least, margin = gait.limits.normal_force, RECORD * gait.robot.mass * gait.robot.gravity
+    rows = []
+    for number, switch in enumerate(pattern.all_switches):
+        end = np.flatnonzero(trace.domain == number)[-1]
+        for foot in switch.leaving:
+            value = float(normal[end, feet.index(foot)])
+            rows.append(Residual(f"{switch.name} {foot} lift-off force", least - margin, value, least + margin))
     return rows
 
 

@@ -57,6 +57,12 @@ class GaitProblem:
         _known("joint", (*limits.speeds, *limits.torques), robot.joint_names)
         _known("coordinate", limits.positions, robot.coordinate_names)
         _comes_down(limits, robot)
+        leaving = [foot for switch in self.pattern.switches for foot in switch.leaving]
+        if leaving and not limits.normal_force > 0.0:
+            raise InputError(
+                f"foot '{leaving[0]}' leaves the ground by its force, so the smallest normal force must be above 0: "
+                "at 0 no friction is left to hold it"
+            )
 
 
 def _comes_down(limits: Limits, robot: Robot) -> None:

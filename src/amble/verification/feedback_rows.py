@@ -59,5 +59,9 @@ def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tu
         return np.concatenate([q[-1], plastic(at)[0]]), {f"height {foot}": at.gap(foot) for foot in switch.landing}
     at = terms(contacts, q[-1:], v[-1:])
     motion = loop.solve(at, times[-1:], q[-1:], v[-1:])
-    force = contacts.contact.normal_force(at.local_force(switch.lifting[0], motion.forces))
-    return np.concatenate([q[-1], v[-1]]), {f"lift-off force {switch.lifting[0]}": force}
+    forces = [contacts.contact.normal_force(at.local_force(foot, motion.forces)) for foot in switch.leaving]
+    missed = np.mean(forces, axis=0) - gait.limits.normal_force
+    weight = gait.robot.mass * gait.robot.gravity
+    return np.concatenate([q[-1], v[-1]]), {
+        f"lift-off force of {', '.join(switch.leaving)} over the weight": missed / weight
+    }

@@ -44,11 +44,10 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Residual]:
         for axis, bounds in enumerate((*tangents, (lower, min(upper, highest_landing(domain.gait.robot))))):
             name = f"{switch.name} touchdown velocity {foot} {AXES[axis]}"
             found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance))
-    if switch.lifting and not switch.landing:
-        foot = switch.lifting[0]
+    for foot in switch.leaving:
         force = domain.contacts.contact.normal_force(at.local_force(foot, domain.motion.forces))[-1:]
-        scale = size_of(domain.trajectory.forces)
-        found += residuals("guard", [f"{switch.name} lift-off force {foot}"], force, end, tolerance, scale)
+        missed, scale = force - limits.normal_force, size_of(domain.trajectory.forces)
+        found += residuals("guard", [f"{switch.name} lift-off force {foot}"], missed, end, tolerance, scale)
     return found
 
 
