@@ -243,7 +243,7 @@ torque = 50
 speed = 20
 acceleration = 100
 torques = { "JOINT" = 30 }
-touchdown_velocity = { x = [-0.2, 0.3], y = ["-10 cm/s", 0.1], z = [-2, 0] }
+touchdown_velocity = { x = [-0.2, 0.3], y = ["-10 cm/s", 0.1], z = [-2, -0.06] }
 [posture]
 height = 0.6
 angles = { ANGLES }

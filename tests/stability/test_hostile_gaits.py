@@ -202,7 +202,7 @@ def test_a_trot_whose_front_feet_stand_in_the_air_is_refused_by_name() -> None:
     gait = load_gait(TROT)
     names = refusal(gait)
     assert {"D1 fl height on the ground", "D2 fr height on the ground"} <= set(names)
-    assert {"D1->D2 fr height at touchdown", "D2->D1 fl height at touchdown"} <= set(names)
+    assert {"D1->D2 height at touchdown fr", "D2->D1 height at touchdown fl"} <= set(names)
     assert "start of the feedback less the fixed point, fl_knee" in names
 
 

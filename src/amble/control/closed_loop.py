@@ -36,7 +36,7 @@ class StanceLoop:
         variation: (d field / d x, R, E), with the response R and the error slope E of ``sensitivity``.
         signals: torque, force (all feet), foot and foot_velocity (all feet), pivot.
         admissibility: margin to a fall.
-        guard: gap of the landing foot above the ground, or normal force of the lifting foot.
+        guard: gap of the landing foot above the ground, or mean normal force of the lifting feet less ``lift_off``.
         reset: state after the impact, in the same coordinates.
     """
 
@@ -60,6 +60,7 @@ def stance_loops(
     outputs: Sequence[int],
     order: int,
     phase: Phase | None = None,
+    lift_off: float = 0.0,
 ) -> tuple[StanceLoop, ...]:
     """Compile the closed loops of the solved stances of a pattern.
 
@@ -69,6 +70,7 @@ def stance_loops(
         outputs: number of outputs of each solved stance.
         order: order of the reference curves; the parameters are packed as in ``VirtualConstraints.packed``.
         phase: the phase of the references; time where none is given.
+        lift_off: normal force at which feet leave the ground where none lands, N.
 
     Raises:
         InputError: the law or the phase is not hashable.
@@ -81,7 +83,8 @@ def stance_loops(
     for switch, count in zip(pattern.switches, outputs, strict=True):
         name = switch.source.name
         contacts, landed = pattern.contacts(switch.source), pattern.contacts(switch.target)
-        flow, events = _functions(contacts, landed, law, switch, count, order, phase)
+        force = lift_off if switch.leaving else 0.0
+        flow, events = _functions(contacts, landed, law, switch, count, order, phase, force)
         sources |= {f"loop_{name}": flow, f"switch_{name}": events}
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)
@@ -105,6 +108,7 @@ def _functions(
     outputs: int,
     order: int,
     phase: Phase,
+    lift_off: float,
 ) -> tuple[tuple[ca.Function, ...], tuple[ca.Function, ...]]:
     """Write the functions of one stance as expressions: those of the flow, and those of the event that ends it."""
     robot = contacts.robot
@@ -118,7 +122,7 @@ def _functions(
         ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
     )
     signals, margin = _signals(contacts, q, v, loop), fall_margin(contacts, q)
-    guard, after = _guard(contacts, switch, q, loop), _reset(landed, switch, q, v)
+    guard, after = _guard(contacts, switch, q, loop, lift_off), _reset(landed, switch, q, v)
     symbols = [t, x, p]
     slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}
     flow = (
@@ -156,12 +160,16 @@ def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised | DrivenMo
     }
 
 
-def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised | DrivenMotion) -> ca.SX:
-    """Gap of the first landing foot; without landing the normal force of the first lifting foot."""
+def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised | DrivenMotion, lift_off: float) -> ca.SX:
+    """Gap of the first landing foot; without landing the mean normal force of the lifting feet less that of lift-off.
+
+    The mean is smooth where two forces reach it at once; the smallest of them would not be.
+    """
     if switch.landing:
         return contacts.ground.gap(kinematics.foot_position(contacts.robot, switch.landing[0], q))
     local = contacts.local(loop.forces, contacts.points(q))
-    return contacts.contact.normal_force(local[contacts.feet.index(switch.lifting[0])])
+    forces = [contacts.contact.normal_force(local[contacts.feet.index(foot)]) for foot in switch.leaving]
+    return sum(forces[1:], forces[0]) / len(forces) - lift_off
 
 
 def _reset(landed: Contacts, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
@@ -193,7 +201,9 @@ class DrivenMotion:
     pivot: float = 1.0
 
 
-def driven_loops(pattern: GaitPattern, torques: Torques, sizes: Sequence[int]) -> tuple[StanceLoop, ...]:
+def driven_loops(
+    pattern: GaitPattern, torques: Torques, sizes: Sequence[int], lift_off: float = 0.0
+) -> tuple[StanceLoop, ...]:
     """Compile the closed loops of the solved stances of a pattern under torques of the state alone.
 
     Their ``variation`` holds the slope of the field in x and nothing else.
@@ -202,6 +212,7 @@ def driven_loops(pattern: GaitPattern, torques: Torques, sizes: Sequence[int]) -
         pattern: the stances, with the robot and its ground.
         torques: the feedback law.
         sizes: number of parameters p of each solved stance.
+        lift_off: normal force at which feet leave the ground where none lands, N.
     """
     sources: dict[str, Sequence[ca.Function]] = {}
     derivatives: dict[str, tuple[str, ...]] = {}
@@ -221,7 +232,7 @@ def driven_loops(pattern: GaitPattern, torques: Torques, sizes: Sequence[int]) -
             _function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
         )
         sources[f"switch_{name}"] = (
-            _function("guard", symbols, {"guard": _guard(contacts, switch, q, motion)}),
+            _function("guard", symbols, {"guard": _guard(contacts, switch, q, motion, lift_off)}),
             _function("reset", symbols, {"state": _reset(landed, switch, q, v)}),
         )
         derivatives[f"switch_{name}"] = ("jac",)

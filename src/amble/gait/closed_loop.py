@@ -115,6 +115,7 @@ class InputOutputLinearisation(ControlLaw):
             [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved],
             REFERENCE_ORDER,
             gait.outputs.phase,
+            gait.limits.normal_force,
         )
 
     def packed(self, gait: Gait, domain: str) -> Vector:

@@ -79,7 +79,7 @@ class TorqueLaw(ControlLaw):
         if allocation is not None:
             raise InputError(f"control law '{self.name}' gives the torques itself; it takes no allocation law")
         sizes = [self.packed(gait, stance.name).size for stance in gait.pattern.solved]
-        return driven_loops(gait.pattern, self.torques, sizes)
+        return driven_loops(gait.pattern, self.torques, sizes, gait.limits.normal_force)
 
 
 CONTROL_LAWS: Registry[ControlLaw] = Registry("control law")

@@ -53,6 +53,7 @@ def contact_results(report: ContactReport) -> Json:
         "max_friction": finite_or_none(report.max_friction),
         "max_penetration": report.max_penetration,
         "max_drift": report.max_drift,
+        "max_landing_gap": report.max_landing_gap,
         "max_slip": report.max_slip,
         "min_pivot": report.min_pivot,
         "pulling_samples": report.pulls,
@@ -63,6 +64,7 @@ def contact_results(report: ContactReport) -> Json:
             "max_friction": finite_or_none(float(report.frictions[-1])),
             "max_penetration": float(report.penetrations[-1]),
             "max_drift": float(report.drifts[-1]),
+            "max_landing_gap": float(report.landing_gaps[-1]),
         },
         "violations": {
             worst.name: {

@@ -46,12 +46,15 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
     if not trace.completed:
         return (Residual(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
     margin = GROUND * gait.robot.leg_length
-    bounds = replace(ContactBounds.of_gait(gait, penetration=margin, drift=margin), torques={}, speeds={})
+    bounds = replace(
+        ContactBounds.of_gait(gait, penetration=margin, drift=margin, touchdown=margin), torques={}, speeds={}
+    )
     return (
         *_entry_rows(gait, state),
         *_duration_rows(gait, trace),
         _speed_row(gait, trace),
-        *_ground_rows(gait, trace),
+        *_ground_rows(gait, trace, margin),
+        *_lift_off_rows(gait, trace),
         *contact_report(trace, gait.pattern, bounds).rows,
     )
 
@@ -99,14 +102,14 @@ def _speed_row(gait: Gait, trace: Trace) -> Residual:
     return Residual("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
 
 
-def _ground_rows(gait: Gait, trace: Trace) -> list[Residual]:
-    """Stance feet on the ground from entry to end, neither above nor below; landing feet coming down onto it."""
+def _ground_rows(gait: Gait, trace: Trace, margin: float) -> list[Residual]:
+    """Stance feet on the ground from entry to end, neither above nor below; landing feet coming down."""
     feet, pattern = gait.robot.foot_names, gait.pattern
     points = trace.signals["foot"].reshape(len(trace.time), len(feet), -1)
     velocities = trace.signals["foot_velocity"].reshape(points.shape)
     gap = pattern.ground.gap(points)
     rate = np.sum(velocities * pattern.ground.normal(points), axis=-1)
-    margin, slowest = GROUND * gait.robot.leg_length, LANDING * velocity_unit(gait.robot)
+    slowest = LANDING * velocity_unit(gait.robot)
     rows = []
     for number, switch in enumerate(pattern.all_switches):
         inside = np.flatnonzero(trace.domain == number)
@@ -117,6 +120,21 @@ def _ground_rows(gait: Gait, trace: Trace) -> list[Residual]:
         for foot in switch.landing:
             end = inside[-1], feet.index(foot)
             name = f"{switch.name} {foot} touchdown velocity along the normal"
-            rows.append(Residual(f"{switch.name} {foot} height at touchdown", -margin, float(gap[end]), margin))
             rows.append(Residual(name, -np.inf, float(rate[end]), -slowest))
+    return rows
+
+
+def _lift_off_rows(gait: Gait, trace: Trace) -> list[Residual]:
+    """Feet that leave by force do so at the smallest normal force, each of them."""
+    pattern, feet, count = gait.pattern, gait.robot.foot_names, len(trace.time)
+    forces = trace.signals["force"].reshape(count, len(feet), -1)
+    frames = pattern.ground.frame(trace.signals["foot"].reshape(count, len(feet), -1))
+    normal = pattern.contact.normal_force(pattern.contact.local(forces, frames))
+    least, margin = gait.limits.normal_force, RECORD * gait.robot.mass * gait.robot.gravity
+    rows = []
+    for number, switch in enumerate(pattern.all_switches):
+        end = np.flatnonzero(trace.domain == number)[-1]
+        for foot in switch.leaving:
+            value = float(normal[end, feet.index(foot)])
+            rows.append(Residual(f"{switch.name} {foot} lift-off force", least - margin, value, least + margin))
     return rows

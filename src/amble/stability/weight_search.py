@@ -139,7 +139,7 @@ def _sampled(gait: Gait, system: HybridSystem, found: FixedPoint) -> Orbit:
 
 def _loops(gait: Gait) -> dict[str, StanceLoop]:
     counts = [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved]
-    loops = stance_loops(gait.pattern, gait.law, counts, REFERENCE_ORDER, gait.outputs.phase)
+    loops = stance_loops(gait.pattern, gait.law, counts, REFERENCE_ORDER, gait.outputs.phase, gait.limits.normal_force)
     return dict(zip((stance.name for stance in gait.pattern.solved), loops, strict=True))
 
 

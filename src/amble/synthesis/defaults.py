@@ -8,7 +8,7 @@ from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
 from amble.errors import InputError
 from amble.gait import Limits
 from amble.gait.cost import TORQUE_SQUARED, Cost
-from amble.gait.limits import Interval
+from amble.gait.limits import SLOWEST_LANDING, Interval
 from amble.hybrid import FLAT, POINT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue
@@ -69,8 +69,8 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limi
     For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
     other, joint limits come from its description, and the rest follows from size and weight, with l the leg length, m
     the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), accelerations up to 9 g / l, a touchdown slower
-    than 0.15 sqrt(g l) forward, 0.05 sideways and 1 downward, normal forces from 2.4 % of m g, swing feet above 2.5 %
-    of l.
+    than 0.15 sqrt(g l) forward, 0.05 sideways and 1 downward, there faster than 0.02, normal forces from 2.4 % of m g,
+    swing feet above 2.5 % of l.
 
     Args:
         pattern: the gait pattern, with the robot.
@@ -141,6 +141,6 @@ def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
         touchdown_velocity=(
             within(-0.15, 0.15, velocity),
             within(-0.05, 0.05, velocity),
-            within(-1.0, 0.0, velocity),
+            within(-1.0, -SLOWEST_LANDING, velocity),
         ),
     )

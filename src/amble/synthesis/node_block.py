@@ -186,12 +186,8 @@ def _bounds(
     if tilted:
         lower[:, normal:-1] = problem.limits.normal_force / FORCE_UNIT
         lower[:, -1], upper[:, -1] = problem.limits.positions.get("z", (-np.inf, np.inf))
-    if domain.switch.lifting and not domain.switch.landing:
-        # The force of the lifting foot ends at the tip of its cone, where all rows meet.
-        place = domain.stance.feet.index(domain.switch.lifting[0])
-        lower[-1, equalities + sides * place : equalities + sides * (place + 1)] = -np.inf
-        if tilted:
-            lower[-1, normal + place] = -np.inf  # zero by a row of the switch
+    for foot in domain.switch.leaving if tilted else ():
+        lower[-1, normal + domain.stance.feet.index(foot)] = -np.inf  # a row of the switch says what it is
     return lower, upper
 
 

@@ -24,9 +24,10 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     start = np.asarray(gait.feedback.start)
     state, found = start, []
     for switch in gait.pattern.switches:
-        state, guard = _passed(gait, gait.feedback, switch, state)
-        scale = sizes(gait.robot).length if switch.landing else sizes(gait.robot).force
-        found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance, scale)
+        state, guards = _passed(gait, gait.feedback, switch, state)
+        landed = [f"{switch.name} feedback {name} at the end" for name in guards]
+        scale = sizes(gait.robot).length if switch.landing else 1.0  # forces are given over the weight
+        found += residuals("feedback", landed, np.array([*guards.values()]).T, NO_TIME, tolerance, scale)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
     forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
@@ -41,8 +42,8 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)
 
 
-def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, Vector]:
-    """Flow through one domain and its reset; return the new state and the guard at the end."""
+def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, dict[str, Vector]]:
+    """Flow through one domain and its reset; return the new state and what is zero at the end, by name."""
     name, size, contacts = switch.source.name, gait.robot.size, gait.pattern.contacts(switch.source)
     duration = feedback.durations[name]
     loop = OutputDynamics(
@@ -57,8 +58,12 @@ def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tu
     q, v = integrate(contacts, loop, state[:size], state[size:], times)
     if switch.landing:
         at = terms(gait.pattern.contacts(switch.target), q[-1:], v[-1:])
-        return np.concatenate([q[-1], plastic(at)[0]]), at.gap(switch.landing[0])
+        return np.concatenate([q[-1], plastic(at)[0]]), {f"height {foot}": at.gap(foot) for foot in switch.landing}
     at = terms(contacts, q[-1:], v[-1:])
     motion = loop.solve(at, times[-1:], q[-1:], v[-1:])
-    force = contacts.contact.normal_force(at.local_force(switch.lifting[0], motion.forces))
-    return np.concatenate([q[-1], v[-1]]), force
+    forces = [contacts.contact.normal_force(at.local_force(foot, motion.forces)) for foot in switch.leaving]
+    missed = np.mean(forces, axis=0) - gait.limits.normal_force
+    weight = gait.robot.mass * gait.robot.gravity
+    return np.concatenate([q[-1], v[-1]]), {
+        f"lift-off force of {', '.join(switch.leaving)} over the weight": missed / weight
+    }

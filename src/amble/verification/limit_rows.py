@@ -30,15 +30,12 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
 
 
 def _forces(domain: SampledDomain, slack: float) -> list[Residual]:
-    """Normal force and the true friction cone of every stance foot; a foot that lifts ends at the cone's tip."""
-    limits, contact, friction = domain.gait.limits, domain.contacts.contact, domain.contacts.ground.friction
-    size, found = sizes(domain.gait.robot).force, []
-    lifting = domain.switch.lifting[:1] if not domain.switch.landing else ()
+    """Normal force and the true friction cone of every stance foot."""
+    contact, friction, times = domain.contacts.contact, domain.contacts.ground.friction, domain.times
+    size, least, found = sizes(domain.gait.robot).force, domain.gait.limits.normal_force, []
     for foot in domain.stance.feet:
-        inside = slice(None, -1) if foot in lifting else slice(None)
-        times, force = domain.times[inside], domain.terms.local_force(foot, domain.motion.forces)[inside]
+        force = domain.terms.local_force(foot, domain.motion.forces)
         normal, used = contact.normal_force(force), contact.friction_used(force)
-        least = 0.0 if foot in lifting else limits.normal_force
         bounds, most = (least, np.inf), (0.0, friction)
         found += [
             limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (size + least)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amble.errors import WorkError
+from amble.gait.limits import highest_landing
 from amble.gait.record import Gait
 from amble.hybrid.contact import AXES
 from amble.residual import Residual
@@ -41,15 +42,15 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Residual]:
             limit("guard", f"{switch.name} height before touchdown {foot}", height[inside], times[inside],
                   (0.0, np.inf), tolerance * least.length)
         )  # fmt: skip
-        for axis, bounds in enumerate(limits.touchdown_velocity):
+        *tangents, (lower, upper) = limits.touchdown_velocity
+        for axis, bounds in enumerate((*tangents, (lower, min(upper, highest_landing(domain.gait.robot))))):
             name = f"{switch.name} touchdown velocity {foot} {AXES[axis]}"
             found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance * least.velocity))
-    if switch.lifting and not switch.landing:
-        foot = switch.lifting[0]
+    least_forces = of_contacts(domain.contacts, least.force, least.torque)
+    for foot in switch.leaving:
         force = domain.contacts.contact.normal_force(at.local_force(foot, domain.motion.forces))[-1:]
-        least_forces = of_contacts(domain.contacts, least.force, least.torque)
-        scale = size_of(domain.trajectory.forces, least_forces)[0]
-        found += residuals("guard", [f"{switch.name} lift-off force {foot}"], force, end, tolerance, scale)
+        missed, scale = force - limits.normal_force, size_of(domain.trajectory.forces, least_forces)[0]
+        found += residuals("guard", [f"{switch.name} lift-off force {foot}"], missed, end, tolerance, scale)
     return found
 
 
