@@ -12,7 +12,7 @@ from amble.hybrid import FLAT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue
 from amble.robot.catalogue import GaitBounds, Posture
-from amble.synthesis.posture import standing_posture
+from amble.robot.posture import nominal_posture
 from amble.synthesis.problem import GaitProblem
 
 
@@ -47,10 +47,10 @@ def gait_problem(
             ``amble.symmetrized``), or no outputs or posture are known by default.
     """
     pattern = _pattern(robot, gait, ground)
-    stands = posture or _posture(robot)
+    stands = posture or nominal_posture(robot)
     return GaitProblem(
         pattern=pattern,
-        outputs=joint_outputs(pattern) if outputs is None else outputs,
+        outputs=joint_outputs(pattern, posture=stands) if outputs is None else outputs,
         law=law or PseudoInverse(),
         speed=speed,
         limits=default_limits(pattern, stands) if limits is None else limits,
@@ -73,12 +73,12 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limi
         posture: how the robot stands; by default as in ``gait_problem``.
     """
     robot = pattern.robot
-    if _known(robot):
+    if catalogue.holds(robot):
         bounds, normal_force, clearance = catalogue.bounds(robot.name), 5.0, 0.02
         torques = dict.fromkeys(robot.joint_names, bounds.torque)
         speeds = dict.fromkeys(robot.joint_names, bounds.speed)
     else:
-        bounds = _scaled(robot, posture or standing_posture(robot))
+        bounds = _scaled(robot, posture or nominal_posture(robot))
         normal_force, clearance = 0.024 * robot.mass * robot.gravity, 0.025 * robot.leg_length
         torques = {joint.name: joint.effort for joint in robot.joints if isfinite(joint.effort)}
         speeds = {joint.name: joint.velocity for joint in robot.joints if isfinite(joint.velocity)}
@@ -104,15 +104,6 @@ def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> Ga
     if gait not in GAITS:
         raise UnknownNameError("gait", gait, GAITS)
     return GAITS[gait](robot, ground or FLAT)
-
-
-def _known(robot: Robot) -> bool:
-    """Whether a robot is that of the catalogue, unchanged."""
-    return robot.name in catalogue.names() and robot == catalogue.load(robot.name)
-
-
-def _posture(robot: Robot) -> Posture:
-    return catalogue.posture(robot.name) if _known(robot) else standing_posture(robot)
 
 
 def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
