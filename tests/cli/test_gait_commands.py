@@ -13,6 +13,7 @@ import pytest
 from amble.cli.check import read
 from amble.errors import InputError
 from amble.gait.files import load_gait, save_gait
+from amble.robot import load_robot, symmetrized
 from amble.simulation import load_trace
 from tests.cli.run import exit_code
 from tests.robots import path as urdf
@@ -175,3 +176,18 @@ def test_what_a_urdf_does_not_say_is_the_gaits(tmp_path: Path) -> None:
     assert read(path, urdf("astro")).robot == robot
     with pytest.raises(InputError, match="gait of another robot"):
         read(path, urdf("astro_cad"))
+
+
+def test_a_gait_may_be_that_of_the_files_robot_symmetrized(tmp_path: Path) -> None:
+    """Every gait of a symmetrized robot was refused as that of another robot."""
+    gait = load_gait(GAIT)
+    file = tmp_path / "uneven.urdf"
+    file.write_text(urdf("astro").read_text().replace('<mass value="1.18"/>', '<mass value="1.19"/>', 1))
+    uneven = load_robot(file, {foot.name: foot.frame for foot in gait.robot.feet}, name="astro")
+    for robot in (uneven, symmetrized(uneven)):
+        assert robot != gait.robot
+        pattern = replace(gait.pattern, robot=replace(robot, symmetry_tolerance=0.1))
+        path = save_gait(replace(gait, pattern=pattern), tmp_path / "gait.json")
+        assert read(path, file).robot == pattern.robot
+        with pytest.raises(InputError, match="gait of another robot"):
+            read(path, urdf("astro"))

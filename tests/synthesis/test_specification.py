@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,12 @@ from amble.control import TimePhase
 from amble.errors import InputError, UnknownNameError
 from amble.hybrid import POINT, Plane
 from amble.io.units import UNITS, parse_quantity
-from amble.robot import catalogue
-from amble.synthesis import GaitProblem
+from amble.robot import catalogue, load_robot, symmetrized
+from amble.robot.mirror import AsymmetryError
+from amble.synthesis import GaitProblem, gait_problem
 from amble.synthesis.specification import read_specification
 from amble.synthesis.specified import problem_of
+from tests.robots import path
 
 SMALLEST = """
 [robot]
@@ -134,7 +137,7 @@ def test_a_long_specification_is_read_completely(tmp_path: Path, own_robot: str)
     assert limits.torques["rl_knee"] == 50.0
     assert limits.speeds["rl_knee"] == 4.0  # the file's own
     assert limits.positions["fl_knee"] == (1.0, 2.0)
-    assert limits.positions["rl_knee"] == (0.0, pytest.approx(math.pi))
+    assert limits.positions["rl_knee"] == catalogue.bounds("astro").positions["rl_knee"]  # as in ``gait_problem``
     assert limits.positions["z"] == (0.3, 0.9)
     assert limits.positions["yaw"] == (pytest.approx(-math.pi / 18), pytest.approx(math.pi / 18))
     assert limits.touchdown_velocity == ((-0.2, 0.3), (-0.1, 0.1), (-2.0, -0.06))
@@ -203,8 +206,13 @@ WRONG = {
     ),
     "nan": ("0.2", "nan", "'gait.speed': nan is not a finite number"),
     "inf": ("normal_force = 10", "normal_force = inf", "'limits.normal_force': inf is not a finite number"),
-    "missing key": ("clearance = 0.02", "", "'limits.clearance' is missing"),
-    "missing section": ("[gait]", "[robot.gait]", "'gait' is missing|unknown key"),
+    "missing section": ("[gait]", "[robot.gait]", r"spec.toml lacks \[gait\] name or stances .*; \[gait\] speed$"),
+    "everything missing": (
+        SMALLEST,
+        "[robot]\nfile = 'a.urdf'",
+        r"\[robot\] feet .*; \[gait\] name .*; .* speed$",
+    ),
+    "tolerance": ('name = "astro"', 'name = "astro"\nsymmetrize = true', "takes no symmetrize"),
     "kind": ('"amble"', "7", "'gait.name': input should be a valid string"),
     "order as text": (
         "[limits]",
@@ -221,9 +229,9 @@ WRONG = {
     "one end": ("[limits]", "[limits]\nduration = [2]", "'limits.duration': .* at least 2 items"),
     "two robots": ('name = "astro"', 'name = "astro"\nfile = "a.urdf"', "either the name .* or a file"),
     "feet of a known robot": ('name = "astro"', 'name = "astro"\nfeet = { fl = "a" }', "takes no feet"),
-    "no robot": ('name = "astro"', "", "either the name .* or a file"),
-    "no feet": ('name = "astro"', 'file = "a.urdf"', "needs feet"),
-    "no gait": ('name = "amble"', "", "either the name of a gait or a table"),
+    "no robot": ('name = "astro"', "", r"lacks \[robot\] name .* or file"),
+    "no feet": ('name = "astro"', 'file = "a.urdf"', r"lacks \[robot\] feet"),
+    "no gait": ('name = "amble"', "", r"lacks \[gait\] name or stances"),
     "mirrored": ('name = "amble"', 'name = "amble"\nmirrored = true', "takes no 'mirrored'"),
     "posture": (
         "[limits]",
@@ -242,14 +250,44 @@ def test_what_does_not_fit_is_refused_in_one_sentence(tmp_path: Path, name: str)
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("key", ["duration =", "acceleration =", "touchdown_velocity =", "height ="])
-def test_a_robot_outside_the_catalogue_needs_more(tmp_path: Path, own_robot: str, key: str) -> None:
-    if key == "height =":
-        text = own_robot[: own_robot.index("[posture]")]
-    else:
-        text = "\n".join(line for line in own_robot.splitlines() if not line.startswith(key))
-    with pytest.raises(InputError, match="needed for a robot that is not in the catalogue"):
-        problem(tmp_path, text)
+GO2 = """
+[robot]
+file = "{file}"
+feet = {{ fl = "FL_foot", fr = "FR_foot", rl = "RL_foot", rr = "RR_foot" }}
+[gait]
+name = "trot"
+speed = 0.5
+"""
+
+
+def test_a_robot_of_a_file_has_the_defaults_of_python(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The file asked for bounds, durations and posture one after the other, and knew no nearly symmetric robot."""
+    go2 = GO2.format(file=path("go2"))
+    found = problem(tmp_path, go2)
+    assert "left and right inertias are averaged" in caplog.text
+    asked = load_robot(path("go2"), {"fl": "FL_foot", "fr": "FR_foot", "rl": "RL_foot", "rr": "RR_foot"})
+    assert found == gait_problem(asked, "trot", speed=0.5)
+    assert found.pattern.robot == symmetrized(asked)
+    assert found == problem(tmp_path, go2.replace("[gait]", "symmetrize = true\n[gait]"))
+    with pytest.raises(AsymmetryError, match=r"symmetrize = true in \[robot\], --symmetrize, or amble\.symmetrized"):
+        problem(tmp_path, go2.replace("[gait]", "symmetrize = false\n[gait]"))
+    tolerant = problem(tmp_path, go2.replace("[gait]", "symmetry_tolerance = '1 %'\n[gait]"))
+    assert tolerant.pattern.robot == replace(asked, symmetry_tolerance=0.01)
+
+
+def test_what_the_file_gives_takes_the_place_of_a_default(tmp_path: Path) -> None:
+    go2 = GO2.format(file=path("go2"))
+    limits = problem(tmp_path, go2).limits
+    some = "[limits]\nduration = [0.1, 0.2]\nspeed = 9\ntorques = { FL_calf_joint = 8 }\nbase = { z = [0.2, 0.4] }\n"
+    given = problem(tmp_path, go2 + some + "position_margin = 0.0\n")
+    assert given.position_margin == 0.0
+    assert given.limits == replace(
+        limits,
+        durations={"D1": (0.1, 0.2)},
+        speeds=dict.fromkeys(limits.speeds, 9.0),
+        torques={**limits.torques, "FL_calf_joint": 8.0},
+        positions={**limits.positions, "z": (0.2, 0.4)},
+    )
 
 
 @pytest.mark.parametrize("text", ["[robot", "a = nope", '[robot]\nname = "a"\nname = "b"'])

@@ -10,11 +10,12 @@ import typer
 from amble.cli.output import result, show
 from amble.cli.progress import progress
 from amble.defaults import GRID
-from amble.errors import WorkError
+from amble.errors import InputError, WorkError
 
 if TYPE_CHECKING:
     from amble.gait import Gait
     from amble.residual import Residual
+    from amble.robot import Robot
     from amble.types import Json
     from amble.verification.findings import CheckReport
 
@@ -60,7 +61,17 @@ def read(path: Path, robot: Path | None) -> Gait:
         twins=made_for.twins,
         symmetry_tolerance=made_for.symmetry_tolerance,
     )
-    return load_gait(path, described)
+    averaged = _averaged(described)  # a gait may be that of the file's robot with left and right averaged
+    return load_gait(path, averaged if averaged == made_for else described)
+
+
+def _averaged(robot: Robot) -> Robot | None:
+    from amble.robot import symmetrized
+
+    try:
+        return symmetrized(robot)
+    except InputError:
+        return None
 
 
 def _tree(report: CheckReport, every: bool) -> Json:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from amble.control.allocation import AllocationLaw, DropActuator, law_from
-from amble.control.outputs import rear_hip_pitch
+from amble.control.outputs import left_out
+from amble.errors import InputError
 from amble.hybrid import GaitPattern
 
 
@@ -28,6 +29,18 @@ def law_for(pattern: GaitPattern, name: str, parameters: Mapping[str, Any] | Non
 
 
 def paper_baseline(pattern: GaitPattern) -> DropActuator:
-    """Return the law of Ma et al. (2019) as the paper uses it: the hip pitch of the rear stance leg is off."""
-    dropped = (joint for stance in pattern.stances for joint in rear_hip_pitch(pattern, stance))
+    """Return the law of Ma et al. (2019) as the paper uses it: the hip pitch of the rear stance leg is off.
+
+    Where that joint carries little of the internal force, as in a bound, another is off (``left_out``).
+
+    Raises:
+        InputError: a stance of more than two feet, for which the paper names no joint.
+    """
+    for stance in pattern.stances:
+        if len(stance.feet) > 2:
+            raise InputError(
+                f"which actuators stance '{stance.name}' with {len(stance.feet)} feet drops has no default; "
+                "name them: joints of the law 'drop'"
+            )
+    dropped = (joint for stance in pattern.stances for joint in left_out(pattern, stance))
     return DropActuator(tuple(dict.fromkeys(dropped)))

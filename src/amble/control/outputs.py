@@ -5,19 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import casadi as ca
 import numpy as np
 
 from amble.control.phase import Phase, TimePhase
 from amble.errors import InputError, UnknownNameError
 from amble.hybrid import Contacts, GaitPattern, Stance
 from amble.robot import Robot, kinematics
+from amble.robot.catalogue import Posture
+from amble.robot.posture import LATERAL, nominal_posture
 from amble.types import Matrix, Vector
 
 LARGEST_ORDER = 14
 """Order in which the closed loop writes every reference curve; a curve of higher order does not fit into it."""
 
-LATERAL = 0.9
-"""Share of a joint's axis along the base's y axis from which the joint counts as a pitch joint."""
+WELL_CONDITIONED = 0.3
+"""Share of the largest internal torque from which the paper's choice of the joint left out is kept."""
+
+TIE = 1e-6
+"""Relative difference of pivots below which the joint that comes first in the robot is taken, against roundoff."""
 
 
 @dataclass(frozen=True)
@@ -82,18 +88,19 @@ def joint_outputs(
     order: int = 4,
     free: Mapping[str, Sequence[str]] | None = None,
     phase: Phase | None = None,
+    posture: Posture | None = None,
 ) -> Outputs:
     """Control all joints but as many as the stance leaves unactuated.
 
     Args:
         pattern: the gait pattern.
         order: order of the Bezier curves, 3 to 14.
-        free: solved domain -> joints left out. By default, for two stance feet, the pitch joint of the rear stance
-            leg: of the leg whose hip lies further back, the first joint whose axis is lateral.
+        free: solved domain -> joints left out; by default ``left_out``.
         phase: the variable that the curves run on; by default time since the entry of the domain.
+        posture: where the joints left out by default are chosen; by default the robot's nominal posture.
 
     Raises:
-        InputError: the number of joints left out does not fit the stance, or none is known by default.
+        InputError: the number of joints left out does not fit the stance, or no posture is known by default.
         UnknownNameError: a domain or joint that does not exist.
     """
     known = [stance.name for stance in pattern.solved]
@@ -103,8 +110,8 @@ def joint_outputs(
     domains = []
     for stance in pattern.solved:
         given = (free or {}).get(stance.name)  # an empty list means that no joint is left out
-        left_out = rear_hip_pitch(pattern, stance) if given is None else tuple(given)
-        domains.append(_domain_outputs(pattern, stance, left_out))
+        free_joints = left_out(pattern, stance, posture) if given is None else tuple(given)
+        domains.append(_domain_outputs(pattern, stance, free_joints))
     return Outputs(tuple(domains), order, phase or TimePhase())
 
 
@@ -117,26 +124,68 @@ def selection_matrix(robot: Robot, outputs: DomainOutputs) -> Matrix:
     return matrix
 
 
-def rear_hip_pitch(pattern: GaitPattern, stance: Stance) -> tuple[str, ...]:
-    """Return the joint that a two-foot stance leaves out: the first lateral-axis joint of the rearmost stance leg.
+def left_out(pattern: GaitPattern, stance: Stance, posture: Posture | None = None) -> tuple[str, ...]:
+    """Return the joints that a stance leaves out by default, in robot order: as many as it has internal forces.
+
+    The torques that the outputs can do without are those of the internal forces, N (n_joints, k): outputs decouple
+    exactly where the k rows of N of the joints left out are regular. They are chosen by pivoting on those rows at a
+    posture. For two feet the paper's choice, the hip pitch of the rear stance leg, is kept where it carries at least
+    ``WELL_CONDITIONED`` of the largest internal torque.
+
+    Args:
+        pattern: the gait pattern.
+        stance: one of its stances.
+        posture: where to look; by default the robot's nominal posture.
 
     Raises:
-        InputError: the stance does not have two feet, or no such joint exists.
+        InputError: no posture is known by default, or no choice of joints is regular at it.
+    """
+    robot, contacts = pattern.robot, pattern.contacts(stance)
+    if actuated_freedoms(contacts) == len(robot.joints):
+        return ()
+    torques = _internal_torques(contacts, posture or nominal_posture(robot))
+    if len(stance.feet) == 2 and torques.shape[1] == 1:
+        papers, sizes = rear_hip_pitch(pattern, stance), np.abs(torques[:, 0])
+        if papers and sizes[robot.joint_index(papers)] >= WELL_CONDITIONED * sizes.max():
+            return (papers,)
+    chosen = _pivoted(torques)
+    if chosen is None:
+        raise InputError(f"no choice of outputs of stance '{stance.name}' is regular at the posture")
+    return tuple(robot.joint_names[place] for place in sorted(chosen))
+
+
+def rear_hip_pitch(pattern: GaitPattern, stance: Stance) -> str | None:
+    """Return the paper's choice: the first joint with a lateral axis of the stance leg whose hip lies furthest back.
+
+    None where that leg has no such joint.
     """
     robot = pattern.robot
-    if actuated_freedoms(pattern.contacts(stance)) == len(robot.joints):
-        return ()
-    if len(stance.feet) != 2:
-        raise InputError(
-            f"which joints stance '{stance.name}' with {len(stance.feet)} feet leaves out has no default; "
-            "name them with free={...}"
-        )
     poses = {foot: [_at_zero(robot, joint) for joint in robot.legs[foot]] for foot in stance.feet}
     rear = min(stance.feet, key=lambda foot: poses[foot][0][1][0])
     for joint, (axis, _) in zip(robot.legs[rear], poses[rear], strict=True):
         if abs(axis[1]) > LATERAL:
-            return (joint,)
-    raise InputError(f"no joint of leg '{rear}' turns about the lateral axis; name the free joint with free={{...}}")
+            return joint
+    return None
+
+
+def _internal_torques(contacts: Contacts, posture: Posture) -> Matrix:
+    """Orthonormal basis of the torques that cause no acceleration at a posture, (n_joints, k)."""
+    found, _ = contacts.torque_null_space(ca.SX(posture.coordinates(contacts.robot)))
+    return np.linalg.qr(np.asarray(ca.DM(ca.densify(found)).full()))[0]
+
+
+def _pivoted(torques: Matrix) -> list[int] | None:
+    """Pick as many rows as there are columns, each the longest orthogonal to those before; None where none is left."""
+    rest, chosen = torques.copy(), []
+    for _ in range(torques.shape[1]):
+        lengths = np.linalg.norm(rest, axis=1)
+        best = int(np.argmax(lengths >= (1.0 - TIE) * lengths.max()))
+        if not lengths[best] > TIE:
+            return None
+        chosen.append(best)
+        direction = rest[best] / lengths[best]
+        rest = rest - np.outer(rest @ direction, direction)
+    return chosen
 
 
 def _at_zero(robot: Robot, joint: str) -> tuple[Vector, Vector]:

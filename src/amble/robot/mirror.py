@@ -86,6 +86,29 @@ class Mirror:
         return self.forces(f)
 
 
+class AsymmetryError(InputError):
+    """A robot is not as symmetric as its mirror needs.
+
+    Attributes:
+        asymmetry: the largest relative deviation.
+        what: what deviates.
+        geometry: whether that is the place of a foot, which averaging inertias does not mend.
+    """
+
+    def __init__(self, robot: Robot, asymmetry: float, what: str) -> None:
+        self.asymmetry, self.what, self.geometry = asymmetry, what, "position" in what
+        remedy = (
+            "only a larger symmetry_tolerance accepts that"
+            if self.geometry
+            else "symmetrize averages left and right inertias: symmetrize = true in [robot], --symmetrize, or "
+            "amble.symmetrized(robot)"
+        )
+        super().__init__(
+            f"robot '{robot.name}' is not left-right symmetric: {what} deviates by {asymmetry:.2g} of its size, "
+            f"the tolerance is {robot.symmetry_tolerance:.2g}; {remedy}"
+        )
+
+
 def find_mirror(robot: Robot) -> Mirror:
     """Find and verify the left-right mirror of a robot.
 
@@ -95,7 +118,8 @@ def find_mirror(robot: Robot) -> Mirror:
     and inertias of the robot.
 
     Raises:
-        InputError: where feet have no twins, or the robot is not symmetric.
+        AsymmetryError: the robot is not symmetric.
+        InputError: feet have no twins.
     """
     feet, partner = _twin_feet(robot), partners(robot)
     sign = np.array([_axis_sign(robot, j, partner[j]) for j in range(len(robot.joints))])
@@ -107,10 +131,7 @@ def find_mirror(robot: Robot) -> Mirror:
     )
     asymmetry, what = _asymmetry(robot, coordinates, feet)
     if not asymmetry <= robot.symmetry_tolerance:
-        raise InputError(
-            f"robot '{robot.name}' is not left-right symmetric: {what} deviates by {asymmetry:.2g} of its size, "
-            f"the tolerance is {robot.symmetry_tolerance:.2g}; amble.robot.symmetrized averages left and right inertias"
-        )
+        raise AsymmetryError(robot, asymmetry, what)
     return Mirror(coordinates, SignedPermutation(index, frozen(sign)), forces, feet, asymmetry)
 
 

@@ -1,7 +1,7 @@
 """The gait problem, its transcription and its solution."""
 
+from amble.robot.posture import standing_posture
 from amble.synthesis.defaults import default_limits, gait_problem
-from amble.synthesis.posture import standing_posture
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.refine import refine
 from amble.synthesis.sweep import Outcome, sweep

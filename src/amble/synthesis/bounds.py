@@ -19,6 +19,10 @@ MARGIN = 0.01
 the nodes of ASTRo's amble (15 intervals a domain) a joint speed was 0.3 % above its value at the nodes."""
 
 
+LARGEST_MARGIN = 0.1
+"""Share of a range of positions that the margin takes at each end at most."""
+
+
 def variable_bounds(problem: GaitProblem, layout: Layout) -> Bounds:
     """Return lower and upper bounds of the unscaled variables, (n_x,) each."""
     lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
@@ -46,7 +50,8 @@ def _bound_domain(
         if name == "z" and not contacts.ground.level:
             continue  # above the ground under the base: a row of the nodes
         place = domain.q[:, robot.coordinate_names.index(name)]
-        lower[place], upper[place] = low, high
+        margin = min(problem.position_margin, LARGEST_MARGIN * (high - low))
+        lower[place], upper[place] = low + margin, high - margin
     for name, high in limits.speeds.items():
         place = domain.v[:, joints + robot.joint_names.index(name)]
         lower[place], upper[place] = -(1.0 - MARGIN) * high, (1.0 - MARGIN) * high

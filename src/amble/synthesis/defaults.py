@@ -13,8 +13,13 @@ from amble.hybrid import FLAT, POINT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue
 from amble.robot.catalogue import GaitBounds, Posture
-from amble.synthesis.posture import standing_posture
+from amble.robot.posture import nominal_posture
 from amble.synthesis.problem import GaitProblem
+from amble.synthesis.symmetric import on_symmetric
+
+POSITION_MARGIN = 2e-3
+"""What a gait keeps free of the bounds of its positions at the nodes, m and rad. Between the nodes of solved gaits of
+seven quadrupeds (15 intervals a domain) positions were up to 1.7e-3 beyond them."""
 
 
 def gait_problem(
@@ -46,21 +51,27 @@ def gait_problem(
 
     Raises:
         UnknownNameError: there is no gait of that name, or it names feet that the robot does not have.
-        InputError: the pattern is of another robot, the robot is not as symmetric as the gait (see
-            ``amble.symmetrized``), or no outputs or posture are known by default.
+        InputError: the pattern is of another robot, the robot is less symmetric than a gait given by name can mend
+            (see ``amble.symmetrized``; up to 5 % are averaged with a notice), or no posture is known by default.
     """
     pattern = _pattern(robot, gait, ground)
-    stands = posture or _posture(robot)
+    stands = posture or nominal_posture(pattern.robot)
     return GaitProblem(
         pattern=pattern,
-        outputs=joint_outputs(pattern) if outputs is None else outputs,
+        outputs=joint_outputs(pattern, posture=stands) if outputs is None else outputs,
         law=law or PseudoInverse(),
         speed=speed,
         limits=default_limits(pattern, stands) if limits is None else limits,
         posture=stands,
         intervals=intervals,
         cost=cost,
+        position_margin=default_margin(pattern.robot),
     )
+
+
+def default_margin(robot: Robot) -> float:
+    """Return the margin of positions, m and rad: none for a robot of the catalogue, whose builders kept none."""
+    return 0.0 if catalogue.holds(robot) else POSITION_MARGIN
 
 
 def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limits:
@@ -77,12 +88,12 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limi
         posture: how the robot stands; by default as in ``gait_problem``.
     """
     robot = pattern.robot
-    if _known(robot):
+    if catalogue.holds(robot):
         bounds, normal_force, clearance = catalogue.bounds(robot.name), 5.0, 0.02
         torques = dict.fromkeys(robot.joint_names, bounds.torque)
         speeds = dict.fromkeys(robot.joint_names, bounds.speed)
     else:
-        bounds = _scaled(robot, posture or standing_posture(robot))
+        bounds = _scaled(robot, posture or nominal_posture(robot))
         normal_force, clearance = 0.024 * robot.mass * robot.gravity, 0.025 * robot.leg_length
         torques = {joint.name: joint.effort for joint in robot.joints if isfinite(joint.effort)}
         speeds = {joint.name: joint.velocity for joint in robot.joints if isfinite(joint.velocity)}
@@ -105,16 +116,7 @@ def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> Ga
         if gait.robot != robot:
             raise InputError(f"the gait pattern '{gait.name}' is of robot '{gait.robot.name}', not of this one")
         return gait
-    return GAITS[gait](robot, ground or FLAT, POINT)
-
-
-def _known(robot: Robot) -> bool:
-    """Whether a robot is that of the catalogue, unchanged."""
-    return robot.name in catalogue.names() and robot == catalogue.load(robot.name)
-
-
-def _posture(robot: Robot) -> Posture:
-    return catalogue.posture(robot.name) if _known(robot) else standing_posture(robot)
+    return on_symmetric(robot, lambda walker: GAITS[gait](walker, ground or FLAT, POINT))
 
 
 def _scaled(robot: Robot, posture: Posture) -> GaitBounds:

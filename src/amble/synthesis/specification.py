@@ -2,13 +2,13 @@
 
 Every key, joint, foot, domain and unit that does not exist is an error that names those that do. A quantity is a plain
 SI number or text with a unit (see ``quantities``). What the file does not say comes from the catalogue for a robot of
-the catalogue (its builders' bounds and posture); for another robot joint limits come from its URDF, and the rest must
-be in the file.
+the catalogue (its builders' bounds and posture); for another robot joint limits come from its URDF, and the rest
+follows from its size and weight, as in ``gait_problem``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -58,7 +58,8 @@ class Section(BaseModel):
 class RobotSection(Section):
     """A robot of the catalogue by ``name``, or a ``file`` (relative to the specification) with its ``feet``.
 
-    The suffix of a file's name tells its format where ``format`` does not.
+    The suffix of a file's name tells its format where ``format`` does not. ``symmetrize`` averages left and right
+    inertias; where nothing is said, up to a stated asymmetry and with a notice.
     """
 
     name: str | None = None
@@ -67,6 +68,8 @@ class RobotSection(Section):
     feet: dict[str, str] | None = None
     gravity: Acceleration = 9.81
     twins: list[Pair] | None = None
+    symmetrize: bool | None = None
+    symmetry_tolerance: Ratio = Field(default=1e-9, ge=0.0)
 
 
 class GaitSection(Section):
@@ -129,8 +132,9 @@ class BaseSection(Section):
 class LimitsSection(Section):
     """Bounds; ``duration``, ``torque`` and ``speed`` hold for all domains or joints that are not named on their own."""
 
-    clearance: Length
-    normal_force: Force
+    clearance: Length | None = None
+    normal_force: Force | None = None
+    position_margin: Ratio | None = None
     duration: TimeRange | None = None
     durations: dict[str, TimeRange] = {}
     torque: Torque | None = None
@@ -186,7 +190,7 @@ class Specification(Section):
 
     robot: RobotSection
     gait: GaitSection
-    limits: LimitsSection
+    limits: LimitsSection = LimitsSection()
     ground: GroundSection = GroundSection()
     contact: ContactSection = ContactSection()
     outputs: OutputsSection = OutputsSection()
@@ -205,10 +209,30 @@ def read_specification(path: str | Path) -> Specification:
     """
     path = Path(path)
     tree = read_toml(path, "specification")
+    lacking = _lacking(tree)
+    if lacking:
+        raise InputError(f"{shown(path.name)} lacks {'; '.join(lacking)}")
     try:
         return Specification.model_validate(tree)
     except ValidationError as error:
         raise _in_one_sentence(path, error) from None
+
+
+def _lacking(tree: Mapping[str, Any]) -> list[str]:
+    """Say in the words of the file what is not there and has no default, all at once."""
+    robot, gait = (tree.get(key, {}) for key in ("robot", "gait"))
+    if not (isinstance(robot, Mapping) and isinstance(gait, Mapping)):
+        return []  # which is said when they are read
+    found = []
+    if not robot.keys() & {"name", "file"}:
+        found.append("[robot] name (of the catalogue) or file (URDF)")
+    if "file" in robot and not robot.get("feet") and "name" not in robot:
+        found.append("[robot] feet (labels and the links or joints they stand for)")
+    if not gait.keys() & {"name", "stances"}:
+        found.append("[gait] name or stances (a table of stance feet)")
+    if "speed" not in gait:
+        found.append("[gait] speed")
+    return found
 
 
 def _in_one_sentence(path: Path, error: ValidationError) -> InputError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,11 +16,21 @@ from amble.gait.limits import Interval
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue, load_robot
-from amble.robot.catalogue import GaitBounds, Posture
+from amble.robot.catalogue import Posture
+from amble.robot.posture import nominal_posture
+from amble.synthesis.defaults import default_limits, default_margin
 from amble.synthesis.problem import GaitProblem
+from amble.synthesis.symmetric import on_symmetric
 
 if TYPE_CHECKING:
-    from amble.synthesis.specification import GaitSection, GroundSection, LimitsSection, RobotSection, Specification
+    from amble.synthesis.specification import (
+        GaitSection,
+        GroundSection,
+        LimitsSection,
+        PostureSection,
+        RobotSection,
+        Specification,
+    )
 
 Value = TypeVar("Value")
 
@@ -38,19 +47,23 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         InputError: something is missing for a robot outside the catalogue, or does not fit together.
     """
     robot = _robot(specification.robot, Path(folder))
-    known = catalogue.entry(specification.robot.name) if specification.robot.name else None
     contact = CONTACTS.build(specification.contact.name, specification.contact.parameters)
-    pattern = _pattern(specification.gait, robot, _ground(specification.ground), contact)
-    outputs = specification.outputs
+    ground = _ground(specification.ground)
+    pattern = on_symmetric(
+        robot, lambda walker: _pattern(specification.gait, walker, ground, contact), specification.robot.symmetrize
+    )
+    posture = _posture(specification.posture, pattern.robot)
+    outputs, margin = specification.outputs, specification.limits.position_margin
     phase = PHASES.build(outputs.phase.name, outputs.phase.parameters)
     return GaitProblem(
         pattern=pattern,
-        outputs=joint_outputs(pattern, outputs.order, outputs.free, phase),
+        outputs=joint_outputs(pattern, outputs.order, outputs.free, phase, posture),
         law=law_for(pattern, specification.law.name, specification.law.parameters),
         speed=specification.gait.speed,
-        limits=_limits(specification.limits, pattern, known.bounds if known else None),
-        posture=_posture(specification, robot, known.posture if known else None),
+        limits=_limits(specification.limits, default_limits(pattern, posture), pattern.robot),
+        posture=posture,
         intervals=specification.solver.intervals,
+        position_margin=default_margin(pattern.robot) if margin is None else margin,
         gains=(outputs.position_gain, outputs.velocity_gain),
         cost=COSTS.build(specification.cost.name, specification.cost.parameters),
     )
@@ -67,7 +80,14 @@ def _robot(section: RobotSection, folder: Path) -> Robot:
     if not section.feet:
         raise InputError("[robot] with a file needs feet: labels and the links or joints they stand for")
     twins = None if section.twins is None else [(left, right) for left, right in section.twins]
-    return load_robot(folder / str(section.file), section.feet, section.gravity, twins=twins, format=section.format)
+    return load_robot(
+        folder / str(section.file),
+        section.feet,
+        section.gravity,
+        twins=twins,
+        symmetry_tolerance=section.symmetry_tolerance,
+        format=section.format,
+    )
 
 
 def _ground(section: GroundSection) -> Ground:
@@ -92,53 +112,30 @@ def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contac
     return GAITS[str(section.name)](robot, ground, contact)
 
 
-def _limits(section: LimitsSection, pattern: GaitPattern, bounds: GaitBounds | None) -> Limits:
-    robot = pattern.robot
-    own_torques = {joint.name: bounds.torque if bounds else joint.effort for joint in robot.joints}
-    own_speeds = {joint.name: bounds.speed if bounds else joint.velocity for joint in robot.joints}
+def _limits(section: LimitsSection, default: Limits, robot: Robot) -> Limits:
+    """Return the default limits with what the file gives in their place."""
+    common = default.durations if section.duration is None else dict.fromkeys(default.durations, section.duration)
+    durations = _merged("domain", default.durations, common, section.durations)
+    base = {name: _interval(pair) for name, pair in section.base if pair is not None}
+    joints = {name: _interval(pair) for name, pair in section.joints.items()}
+    names, landing = robot.joint_names, section.touchdown_velocity
     return Limits(
-        durations=_durations(section, [stance.name for stance in pattern.solved], bounds),
-        positions=_positions(section, robot, bounds),
-        speeds=_merged("joint", robot.joint_names, _common(section.speed, own_speeds), section.speeds),
-        torques=_merged("joint", robot.joint_names, _common(section.torque, own_torques), section.torques),
-        acceleration=_first(
-            "limits.acceleration", section.acceleration, None if bounds is None else bounds.acceleration
-        ),
-        touchdown_velocity=_touchdown(section, bounds),
-        normal_force=section.normal_force,
-        clearance=section.clearance,
+        durations={name: _interval(pair) for name, pair in durations.items()},
+        positions={**default.positions, **base, **_merged("joint", names, {}, joints)},
+        speeds=_merged("joint", names, _common(names, section.speed, default.speeds), section.speeds),
+        torques=_merged("joint", names, _common(names, section.torque, default.torques), section.torques),
+        acceleration=_given(section.acceleration, default.acceleration),
+        touchdown_velocity=default.touchdown_velocity
+        if landing is None
+        else (_interval(landing.x), _interval(landing.y), _interval(landing.z)),
+        normal_force=_given(section.normal_force, default.normal_force),
+        clearance=_given(section.clearance, default.clearance),
     )
 
 
-def _durations(section: LimitsSection, stances: list[str], bounds: GaitBounds | None) -> dict[str, Interval]:
-    named = _merged("domain", stances, {}, {name: _interval(pair) for name, pair in section.durations.items()})
-    if set(named) == set(stances):
-        return named
-    given = None if section.duration is None else _interval(section.duration)
-    common = _first("limits.duration", given, None if bounds is None else bounds.duration)
-    return {name: named.get(name, common) for name in stances}
-
-
-def _touchdown(section: LimitsSection, bounds: GaitBounds | None) -> tuple[Interval, Interval, Interval]:
-    landing = section.touchdown_velocity
-    given = None if landing is None else (_interval(landing.x), _interval(landing.y), _interval(landing.z))
-    return _first("limits.touchdown_velocity", given, None if bounds is None else bounds.touchdown_velocity)
-
-
-def _positions(section: LimitsSection, robot: Robot, bounds: GaitBounds | None) -> dict[str, Interval]:
-    base = {name: _interval(pair) for name, pair in section.base if pair is not None}
-    joints = {name: _interval(pair) for name, pair in section.joints.items()}
-    if bounds is not None:
-        common = dict(bounds.positions)
-    else:
-        common = {joint.name: (joint.lower, joint.upper) for joint in robot.joints}
-    return {**common, **base, **_merged("joint", robot.joint_names, {}, joints)}
-
-
-def _posture(specification: Specification, robot: Robot, known: Posture | None) -> Posture:
-    section = specification.posture
+def _posture(section: PostureSection | None, robot: Robot) -> Posture:
     if section is None:
-        return _first("posture", None, known)
+        return nominal_posture(robot)
     angles = _merged("joint", robot.joint_names, {}, section.angles)
     missing = [name for name in robot.joint_names if name not in angles]
     if missing:
@@ -157,20 +154,13 @@ def _merged(
     return {**common, **named}
 
 
-def _common(given: float | None, own: Mapping[str, float]) -> dict[str, float]:
-    """One number for all joints where it is given, else each joint's own where it has one."""
-    if given is not None:
-        return dict.fromkeys(own, given)
-    return {name: value for name, value in own.items() if math.isfinite(value)}
+def _common(names: Iterable[str], given: float | None, default: Mapping[str, float]) -> Mapping[str, float]:
+    """One number for all joints where it is given, else the default of each that has one."""
+    return default if given is None else dict.fromkeys(names, given)
 
 
-def _first(key: str, given: Value | None, known: Value | None) -> Value:
-    """Return what the file gives, else what the catalogue knows."""
-    if given is not None:
-        return given
-    if known is not None:
-        return known
-    raise InputError(f"'{key}' is needed for a robot that is not in the catalogue")
+def _given(value: float | None, default: float) -> float:
+    return default if value is None else value
 
 
 def _interval(pair: Iterable[float]) -> Interval:

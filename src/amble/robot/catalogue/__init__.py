@@ -33,6 +33,11 @@ def load(name: str) -> Robot:
     return entry(name).load()
 
 
+def holds(robot: Robot) -> bool:
+    """Whether a robot is that of the catalogue, unchanged."""
+    return robot.name in _ENTRIES and robot == load(robot.name)
+
+
 def posture(name: str) -> Posture:
     """Return the nominal walking posture of a robot of the catalogue."""
     return entry(name).posture
@@ -43,4 +48,16 @@ def bounds(name: str) -> GaitBounds:
     return entry(name).bounds
 
 
-__all__ = ["Entry", "GaitBounds", "Posture", "astro", "astro_cad", "bounds", "entry", "load", "names", "posture"]
+__all__ = [
+    "Entry",
+    "GaitBounds",
+    "Posture",
+    "astro",
+    "astro_cad",
+    "bounds",
+    "entry",
+    "holds",
+    "load",
+    "names",
+    "posture",
+]

@@ -6,12 +6,15 @@ import itertools
 
 import numpy as np
 
-from amble.control.outputs import LATERAL
 from amble.errors import InputError
-from amble.robot import Robot
+from amble.robot import catalogue
 from amble.robot.catalogue import Posture
 from amble.robot.kinematics import foot_position, link_pose
+from amble.robot.model import Robot
 from amble.types import Vector
+
+LATERAL = 0.9
+"""Share of a joint's axis along the base's y axis from which the joint counts as a pitch joint."""
 
 BENT = 0.75
 """Height of the hip over the foot as a share of the leg below it, stretched."""
@@ -24,6 +27,11 @@ PULL = 1e-3
 
 ACCURACY = 0.02
 """Relative error of a foot's place up to which a posture counts as found; it is only where a solver starts."""
+
+
+def nominal_posture(robot: Robot) -> Posture:
+    """Return the posture of the catalogue for a robot of it, unchanged; else ``standing_posture``, errors as there."""
+    return catalogue.posture(robot.name) if catalogue.holds(robot) else standing_posture(robot)
 
 
 def standing_posture(robot: Robot) -> Posture:
