@@ -15,7 +15,7 @@ from amble.robot import catalogue
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import build_program
-from amble.synthesis.solve import Start, solve
+from amble.synthesis.solve import Start, ipopt
 from benchmarks.figures import Figure, show, timed
 from benchmarks.plain import solve_plainly
 
@@ -89,7 +89,7 @@ def _per_iteration() -> list[Figure]:
         seconds = []
         for _ in range(3):
             began = time.perf_counter()
-            solution = solve(program, Start(start), TOLERANCE, 12)
+            solution = ipopt(program, Start(start), TOLERANCE, 12)
             seconds.append((time.perf_counter() - began) / max(solution.report.iterations, 1))
         value = statistics.median(seconds)
         per_interval[intervals] = value / intervals

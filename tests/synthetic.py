@@ -96,7 +96,7 @@ def synthetic_limits() -> Limits:
         speeds=dict.fromkeys(robot.joint_names, 4.0),
         torques=dict.fromkeys(robot.joint_names, 50.0),
         acceleration=100.0,
-        touchdown_velocity=((-0.2, 0.3), (-0.1, 0.1), (-2.0, 0.0)),
+        touchdown_velocity=((-0.2, 0.3), (-0.1, 0.1), (-2.0, -0.06)),
         normal_force=10.0,
         clearance=0.02,
     )
@@ -186,7 +186,8 @@ def synthetic_trace(
 ) -> Trace:
     """Whole cycles of the same motion as a trace; ``change`` (times, states) -> states perturbs it.
 
-    Stance feet stand still at (number of their stance phase, 0, 0), swing feet are 5 cm up.
+    Stance feet stand still at (number of their stance phase, 0, 0), swing feet are 5 cm up until they
+    land.
     """
     parts: dict[str, list[np.ndarray]] = {}
     for visit in range(4 * cycles):
@@ -198,6 +199,8 @@ def synthetic_trace(
         for column, name in enumerate(astro().foot_names):
             standing = name in stances[stance]
             foot[:, column] = [visit // 4, column, 0.0] if standing else [0.0, column, 0.05]
+            if not standing and name in stances[(stance + 1) % 4]:
+                foot[-1, column, 2] = 0.0
             if name == "rl" and stance == 3:  # the stance phase of rl runs on into the next cycle
                 foot[:, column, 0] += 1.0
         columns = {

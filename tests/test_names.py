@@ -144,7 +144,8 @@ def rehashed(tree: Any, gait: Gait, names: Mapping[str, str]) -> Any:
     links = tuple(replace(link, name=names.get(link.name, link.name)) for link in robot.links)
     joints = tuple(replace(joint, name=names.get(joint.name, joint.name)) for joint in robot.joints)
     feet = tuple(replace(foot, name=names.get(foot.name, foot.name)) for foot in robot.feet)
-    tree["robot"]["hash"] = replace(robot, links=links, joints=joints, feet=feet, twins=()).hash
+    twins = tuple((names.get(left, left), names.get(right, right)) for left, right in robot.twins)
+    tree["robot"]["hash"] = replace(robot, links=links, joints=joints, feet=feet, twins=twins).hash
     return tree
 
 
@@ -242,7 +243,7 @@ torque = 50
 speed = 20
 acceleration = 100
 torques = { "JOINT" = 30 }
-touchdown_velocity = { x = [-0.2, 0.3], y = ["-10 cm/s", 0.1], z = [-2, 0] }
+touchdown_velocity = { x = [-0.2, 0.3], y = ["-10 cm/s", 0.1], z = [-2, -0.06] }
 [posture]
 height = 0.6
 angles = { ANGLES }

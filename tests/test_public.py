@@ -23,7 +23,7 @@ def test_every_public_name_resolves(name: str) -> None:
 
 
 def test_an_unknown_name_says_what_is_known() -> None:
-    with pytest.raises(AttributeError, match="no attribute 'walk'; known: Actuator"):
+    with pytest.raises(AttributeError, match="no attribute 'walk'; known: ACTUATORS, Actuator"):
         amble.walk  # type: ignore[attr-defined]  # noqa: B018
 
 

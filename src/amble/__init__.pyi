@@ -9,10 +9,12 @@ from amble.analysis import compare_laws as compare_laws
 from amble.analysis import contact_report as contact_report
 from amble.analysis import every_law as every_law
 from amble.analysis import monitors as monitors
+from amble.control import LAWS as LAWS
 from amble.control import PHASES as PHASES
 from amble.control import Outputs as Outputs
 from amble.control import Phase as Phase
 from amble.control import TimePhase as TimePhase
+from amble.control.actuator import ACTUATORS as ACTUATORS
 from amble.control.actuator import DATASHEET as DATASHEET
 from amble.control.actuator import PAPER as PAPER
 from amble.control.actuator import Actuator as Actuator
@@ -40,6 +42,11 @@ from amble.gait import Gait as Gait
 from amble.gait import Limits as Limits
 from amble.gait.closed_loop import closed_loop as closed_loop
 from amble.gait.closed_loop import start_state as start_state
+from amble.gait.control_law import CONTROL_LAWS as CONTROL_LAWS
+from amble.gait.control_law import ControlLaw as ControlLaw
+from amble.gait.cost import COSTS as COSTS
+from amble.gait.cost import Cost as Cost
+from amble.gait.cost import TorqueSquared as TorqueSquared
 from amble.gait.files import load_gait as load_gait
 from amble.gait.files import save_gait as save_gait
 from amble.hybrid import CONTACTS as CONTACTS
@@ -59,12 +66,14 @@ from amble.hybrid import Symmetry as Symmetry
 from amble.hybrid import Transition as Transition
 from amble.hybrid import gait_pattern as gait_pattern
 from amble.hybrid import gaits as gaits
+from amble.hybrid.gaits import GAITS as GAITS
 from amble.progress import Progress as Progress
 from amble.progress import ProgressReport as ProgressReport
 from amble.report import Table as Table
 from amble.report import law_table as law_table
 from amble.report.run import RunReport as RunReport
 from amble.report.run import write_run as write_run
+from amble.robot import READERS as READERS
 from amble.robot import Robot as Robot
 from amble.robot import catalogue as robots
 from amble.robot import load_robot as load_robot
@@ -75,6 +84,7 @@ from amble.simulation import Trace as Trace
 from amble.simulation import load_trace as load_trace
 from amble.simulation import save_trace as save_trace
 from amble.simulation import simulate as simulate
+from amble.simulation.walk import ENGINES as ENGINES
 from amble.stability import Certificate as Certificate
 from amble.stability import FixedPoint as FixedPoint
 from amble.stability import Monodromy as Monodromy
@@ -95,6 +105,7 @@ from amble.synthesis import refine as refine
 from amble.synthesis import standing_posture as standing_posture
 from amble.synthesis import sweep as sweep
 from amble.synthesis import synthesize as synthesize
+from amble.synthesis.solve import SOLVERS as SOLVERS
 from amble.synthesis.specification import Specification as Specification
 from amble.synthesis.specification import read_specification as read_specification
 from amble.synthesis.specified import problem_of as problem_of
@@ -108,12 +119,20 @@ from amble.workflow import synthesize_specification as synthesize_specification
 
 __version__: str
 __all__ = [
+    "ACTUATORS",
     "CONTACTS",
+    "CONTROL_LAWS",
+    "COSTS",
     "DATASHEET",
+    "ENGINES",
     "FLAT",
+    "GAITS",
     "GROUNDS",
+    "LAWS",
     "PAPER",
     "PHASES",
+    "READERS",
+    "SOLVERS",
     "Actuator",
     "AllocationLaw",
     "AmbleError",
@@ -125,6 +144,8 @@ __all__ = [
     "Contact",
     "ContactBounds",
     "ContactReport",
+    "ControlLaw",
+    "Cost",
     "Domain",
     "DomainTrajectory",
     "DropActuator",
@@ -166,6 +187,7 @@ __all__ = [
     "Symmetry",
     "Table",
     "TimePhase",
+    "TorqueSquared",
     "Trace",
     "Transition",
     "UnknownNameError",

@@ -23,3 +23,6 @@ CYCLES, REPRODUCED_CYCLES = 20, 500
 
 GRID = 4
 """Points that a check looks at in every spacing of a gait's nodes."""
+
+ENGINE = "native"
+"""What moves the system in a simulation."""

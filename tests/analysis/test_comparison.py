@@ -46,7 +46,7 @@ def test_reductions_of_the_papers_table() -> None:
 
 
 def test_every_law_and_actuator_is_there_once(oscillating_motion: Builder) -> None:
-    table = measured([oscillating_motion(9)], ACTUATORS)
+    table = measured([oscillating_motion(9)], ACTUATORS.entries)
     keys = [(each.law, each.motion, model) for each in table.metrics for model in each.energy]
     assert len(keys) == len(set(keys)) == 4
     # drop torques are 1.3 times pinv's in this motion
@@ -84,7 +84,7 @@ def test_a_record_holds_what_each_law_is_measured_by(stabilised_gait: Gait) -> N
     law = PseudoInverse()
     (found,) = compare_laws(stabilised_gait, [law]).metrics
     motion = samples.motion({"pinv": reallocate(samples, [law])["pinv"].torques})
-    for model in ACTUATORS:
+    for model in ACTUATORS.entries:
         assert found.energy[model.name] == torque_metrics(motion, "pinv", model)
     assert found.limits is not None
     own = stabilised_gait.limits.torques

@@ -8,12 +8,14 @@ import pytest
 from amble.analysis.bounds import ContactBounds
 from amble.analysis.contact import ContactReport, contact_report
 from amble.errors import InputError, UnknownNameError
+from amble.hybrid import gait_pattern
 from amble.simulation import Trace
-from tests.synthetic import amble_pattern, synthetic_gait, synthetic_trace
+from tests.synthetic import STANCES, Stances, amble_pattern, astro, synthetic_gait, synthetic_trace
 
 BOUNDS = ContactBounds.of_gait(synthetic_gait())
 PATTERN = amble_pattern()
 FEET = PATTERN.robot.foot_names
+TROT: Stances = (("fl", "rr"), ("fr", "rl")) * 2
 
 
 def report(trace: Trace) -> ContactReport:
@@ -35,8 +37,8 @@ def test_sound_motion() -> None:
     assert (found.max_penetration, found.max_drift, found.max_slip, found.pulls) == (0.0, 0.0, 0.0, 0)
     assert (found.min_pivot, found.sound_from, found.samples) == (2.5, 0, 240)
     assert found.violations == ()
-    # 4 stances of 2 standing feet with 3 rows and 2 swinging feet with 1, 12 joints with 2, the pivot
-    assert len(found.rows) == 4 * (2 * 3 + 2) + 24 + 1
+    # 4 stances of 2 standing feet with 3 rows and 2 swinging feet with 1, 4 landings, 12 joints with 2, the pivot
+    assert len(found.rows) == 4 * (2 * 3 + 2) + 4 + 24 + 1
 
 
 @pytest.mark.parametrize(
@@ -101,6 +103,25 @@ def test_stance_phase_across_the_cycle_boundary_is_one_phase() -> None:
     foot[(trace.domain == 0) & (trace.cycle == 1), 3 * FEET.index("rl") + 1] += 0.5
     found = report(dataclasses.replace(trace, signals={**trace.signals, "foot": foot}))
     assert found.drifts == pytest.approx([0.0, 0.5])
+
+
+@pytest.mark.parametrize("gap", [0.008, -0.003, 2e-5, -5e-6])
+@pytest.mark.parametrize("stances", [STANCES, TROT])
+def test_a_foot_stopped_off_the_ground_is_named_with_its_distance(gap: float, stances: Stances) -> None:
+    """Of the feet that land, whichever it is; the last of a pair was seen by no monitor."""
+    pattern = gait_pattern(astro(), stances)
+    trace = synthetic_trace(3, stances=stances)
+    switch = pattern.all_switches[1]
+    for foot in switch.landing:
+        points = trace.signals["foot"].copy()
+        end = np.flatnonzero((trace.domain == 1) & (trace.cycle == 2))[-1]
+        points[end, 3 * FEET.index(foot) + 2] += gap
+        found = contact_report(dataclasses.replace(trace, signals={**trace.signals, "foot": points}), pattern, BOUNDS)
+        row = next(row for row in found.rows if row.name == f"{switch.name} height at touchdown {foot}")
+        assert row.value == pytest.approx(gap, abs=1e-15)
+        assert (row.passed, row.cycle) == (abs(gap) <= 1e-5, 2)
+        assert found.max_landing_gap == pytest.approx(abs(gap))
+        assert found.landing_gaps == pytest.approx([0.0, 0.0, abs(gap)])
 
 
 def test_joint_limits_by_name() -> None:

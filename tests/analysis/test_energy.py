@@ -37,7 +37,7 @@ def test_heat_of_the_papers_table(rms: float, heat: float, constant_motion: Buil
     assert torque_metrics(constant_motion(rms, 0.0), "pinv", PAPER).heat_power == pytest.approx(heat, rel=5e-4)
 
 
-@pytest.mark.parametrize("actuator", ACTUATORS, ids=lambda model: model.name)
+@pytest.mark.parametrize("actuator", ACTUATORS.entries, ids=lambda model: model.name)
 @pytest.mark.parametrize("law", ["drop", "pinv"])
 def test_heat_identity(actuator: Actuator, law: str, oscillating_motion: Builder) -> None:
     """Heat = 12 R RMS^2 / (N K_t)^2, whatever the motion."""
@@ -63,7 +63,7 @@ def exact_cot(actuator: Actuator, period: float = 0.4) -> float:
     return energy / (21.5 * 9.81 * 0.2 * period)
 
 
-@pytest.mark.parametrize("actuator", ACTUATORS, ids=lambda model: model.name)
+@pytest.mark.parametrize("actuator", ACTUATORS.entries, ids=lambda model: model.name)
 def test_cot_converges_with_order_four_to_adaptive_quadrature(actuator: Actuator, oscillating_motion: Builder) -> None:
     exact = exact_cot(actuator)
     counts = np.array([9, 17, 33, 65])
@@ -159,5 +159,5 @@ def test_net_work_of_a_gait_is_what_its_impacts_lose(walking_gait: Gait) -> None
     motion = samples_of_gait(walking_gait)
     law = walking_gait.law.name
     torques = reallocate(motion, [walking_gait.law])[law].torques
-    for actuator in ACTUATORS:
+    for actuator in ACTUATORS.entries:
         assert torque_metrics(motion.motion({law: torques}), law, actuator).cot > least

@@ -10,7 +10,7 @@ import pytest
 from amble.analysis import compare, compare_laws, every_law, paper_laws, samples_of_gait
 from amble.analysis.laws import labelled
 from amble.control import BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
-from amble.control.actuator import DATASHEET, PAPER, Actuator, actuator
+from amble.control.actuator import ACTUATORS, DATASHEET, PAPER, Actuator
 from amble.control.allocation import law_from
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
@@ -64,7 +64,7 @@ def test_laws_of_one_name_are_told_apart() -> None:
 def test_no_law_is_an_error(stabilised_gait: Gait) -> None:
     samples = samples_of_gait(stabilised_gait)
     with pytest.raises(InputError, match="no allocation law"):
-        compare([samples], {}, [actuator("paper")])
+        compare([samples], {}, [ACTUATORS["paper"]])
     with pytest.raises(InputError, match="no allocation law"):
         compare_laws(stabilised_gait, {})
     with pytest.raises(InputError, match="no allocation law"):

@@ -39,6 +39,39 @@ def test_the_gait_is_certified(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert tree["certified"] is True
     assert tree["spectral_radius"] + tree["spectral_radius_error"] < 0.5
     assert all(row["holds"] for row in tree["conditions"])
+    assert "grows by the factor" in captured.out
+    assert "WARNING" not in captured.out
+    assert "it does not say: torque limits (50 to 50 N m) or" in captured.out
+    assert "feet on the ground within 0.88 mm" in captured.out
+    assert any("no proof of a basin" in line for line in tree["does_not_say"])
+    assert tree["held_against"]["ground_m"] == pytest.approx(8.76e-4, rel=1e-3)
+    assert tree["warnings"] == []
+    assert tree["disturbance"]["basin"]["returns_from"] == 0.01
+    assert 10.0 < tree["disturbance"]["growth"]["factor"] < 100.0
+
+
+def test_a_gait_of_small_basin_is_certified_with_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "certificate.json"
+    assert exit_code("certify", str(GAIT.parent / "biped-of-small-basin.json"), "--out", str(out)) == 0
+    assert "WARNING: small basin: a start with every state changed by" in capsys.readouterr().out
+    tree = json.loads(out.read_text())
+    assert tree["certified"] is True
+    assert tree["spectral_radius"] == pytest.approx(0.93601, abs=1e-4)
+    (warning,) = tree["warnings"]
+    assert tree["disturbance"]["basin"]["failed"]["reason"] in warning
+
+
+def test_the_json_object_has_what_the_file_says_of_disturbances(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "certificate.json"
+    assert exit_code("certify", str(GAIT.parent / "biped-of-small-basin.json"), "--out", str(out), "--json") == 0
+    said, tree = json.loads(capsys.readouterr().out), json.loads(out.read_text())
+    for key in ("held_against", "does_not_say"):
+        assert said[key] == tree[key]
+    for key in ("disturbance", "warnings"):
+        assert said["certificate"][key] == tree[key]
+    assert tree["warnings"]
 
 
 def test_friction_that_the_motion_exceeds_is_refused_with_the_row(
@@ -82,7 +115,7 @@ def test_what_a_gait_is_held_against_is_printed_and_an_absurd_bound_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tree = json.loads(GAIT.read_text())
-    tree["limits"]["friction"]["value"] = 100.0
+    tree["ground"]["parameters"]["friction"]["value"] = 100.0
     tree["limits"]["torques"]["fl_knee"]["value"] = 1e-9
     path, out = tmp_path / "gait.json", tmp_path / "certificate.json"
     path.write_text(json.dumps(tree))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from amble.control.actuator import ACTUATORS, DATASHEET, PAPER, Actuator, actuator
+from amble.control.actuator import ACTUATORS, DATASHEET, PAPER, Actuator
 from amble.errors import InputError, UnknownNameError
 
 
@@ -25,7 +25,7 @@ def test_whole_gear_chain_divides_heat_by_the_square_of_the_built_in_gear() -> N
     assert PAPER.heat(3.0) / DATASHEET.heat(3.0) == pytest.approx(6.2**2, rel=1e-12)
 
 
-@pytest.mark.parametrize("model", ACTUATORS, ids=lambda model: model.name)
+@pytest.mark.parametrize("model", ACTUATORS.entries, ids=lambda model: model.name)
 def test_power_is_never_below_heat_and_keeps_the_shape(model: Actuator) -> None:
     random = np.random.default_rng(1)
     torque, speed = random.normal(size=(2, 7, 12))
@@ -38,9 +38,9 @@ def test_power_is_never_below_heat_and_keeps_the_shape(model: Actuator) -> None:
 
 
 def test_lookup() -> None:
-    assert actuator("paper") is PAPER
+    assert ACTUATORS["paper"] is PAPER
     with pytest.raises(UnknownNameError, match="known: paper, datasheet"):
-        actuator("servo")
+        ACTUATORS["servo"]
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf")])

@@ -126,7 +126,7 @@ def test_grounds_are_values() -> None:
         ({"friction": "0.6"}, "friction coefficient is '0.6', not a number"),
         ({"slope": 1.6}, "below a right angle"),
         ({"heading": float("inf")}, "heading of the ground is inf"),
-        ({"tilt": 0.1}, "parameters of ground 'plane' do not fit"),
+        ({"tilt": 0.1}, "unknown parameter of ground 'plane' 'tilt'"),
     ],
 )
 def test_impossible_ground_is_refused(parameters: dict[str, object], says: str) -> None:

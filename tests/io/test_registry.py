@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from amble.errors import InputError, UnknownNameError
-from amble.io.registry import Registry
+from amble.io.registry import Lookup, Registry
 
 
 @dataclass(frozen=True)
@@ -59,3 +59,18 @@ def test_a_name_is_given_once(registry: Registry[Spring]) -> None:
     registry.register("spring", Spring)  # the same again, as when a module is imported twice
     with pytest.raises(InputError, match="another part of the name 'spring'"):
         registry.register("spring", lambda **_: Spring(()))
+
+
+def test_a_lookup_holds_things_by_name() -> None:
+    lookup: Lookup[float] = Lookup("size")
+    lookup.register("small", 1.0)
+    lookup.register("large", 9.0)
+    lookup.register("small", 1.0)
+    assert (lookup.names, lookup.entries, list(lookup)) == (("small", "large"), (1.0, 9.0), ["small", "large"])
+    assert lookup["large"] == 9.0
+    assert "small" in lookup
+    assert "huge" not in lookup
+    with pytest.raises(UnknownNameError, match="unknown size 'huge'; known: small, large"):
+        lookup["huge"]
+    with pytest.raises(InputError, match="another size of the name 'small'"):
+        lookup.register("small", 2.0)

@@ -18,7 +18,7 @@ from amble.analysis import (
     with_laws,
 )
 from amble.control import MinimumPeak, PseudoInverse
-from amble.control.actuator import actuator
+from amble.control.actuator import ACTUATORS
 from amble.gait import Gait
 from amble.report.allocation import allocation_figure, allocation_results, law_table
 from tests.grounds import on_friction
@@ -58,9 +58,9 @@ def test_least_power_is_least_at_every_instant(
     samples: Samples, torques: dict[str, np.ndarray], metrics: dict[str, LawMetrics], model: str
 ) -> None:
     speeds = samples.velocities[:, 6:]
-    best = actuator(model).power(torques[f"power ({model})"], speeds).sum(axis=1)
+    best = ACTUATORS[model].power(torques[f"power ({model})"], speeds).sum(axis=1)
     for label, values in torques.items():
-        assert np.all(best <= actuator(model).power(values, speeds).sum(axis=1) * (1.0 + ROUNDOFF)), label
+        assert np.all(best <= ACTUATORS[model].power(values, speeds).sum(axis=1) * (1.0 + ROUNDOFF)), label
         # the integral's own error is far below the differences
         assert metrics[f"power ({model})"].energy[model].cot <= metrics[label].energy[model].cot * (1.0 + 1e-9)
 

@@ -37,7 +37,7 @@ def run() -> RunReport:
         simulated=simulated,
         cycles=3,
         two_cycles=two.motion({"drop": 1.25 * two.torques, "pinv": two.torques}),
-        comparison=measured(motions, ACTUATORS),
+        comparison=measured(motions, ACTUATORS.entries),
         contact=contact_report(trace, amble_pattern(), ContactBounds.of_gait(synthetic_gait())),
         speed_achieved=SPEED,
         settings={"tolerance": "1e-8"},

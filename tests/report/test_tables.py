@@ -17,7 +17,7 @@ from tests.synthetic import amble_pattern, measured, synthetic_gait, synthetic_t
 @pytest.fixture(scope="module")
 def comparison() -> Comparison:
     samples = samples_of_gait(synthetic_gait())
-    return measured([samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})], ACTUATORS)
+    return measured([samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})], ACTUATORS.entries)
 
 
 def cells(line: str) -> list[str]:
@@ -151,5 +151,5 @@ def test_contact_tables() -> None:
 
 
 def test_solver_table() -> None:
-    rows = dict(solver_table(synthetic_gait().solver).rows)
+    rows = dict(solver_table(synthetic_gait().solver, "W").rows)
     assert (rows["iterations"], rows["variables"], rows["status"]) == ("39", "4588", "Solve_Succeeded")

@@ -223,8 +223,9 @@ def test_content_that_is_no_urdf(content: bytes, sentence: str, tmp_path: Path) 
     file.write_bytes(content)
     with pytest.raises(InputError, match=sentence):
         load(file)
+    (tmp_path / "folder.urdf").mkdir()
     with pytest.raises(InputError, match="cannot be read"):
-        load(tmp_path)
+        load(tmp_path / "folder.urdf")
 
 
 @pytest.mark.parametrize("length", range(0, 2000, 37))

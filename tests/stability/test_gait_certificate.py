@@ -10,7 +10,7 @@ from amble.errors import CertificateError, FallError
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.residual import Residual
-from amble.stability.gait_certificate import identity, refusal_to_dict
+from amble.stability.gait_certificate import bounds_sentences, does_not_say, identity, refusal_to_dict
 from tests.grounds import on_friction
 
 
@@ -52,3 +52,14 @@ def test_a_fall_is_a_reason_without_rows(stabilised_gait: Gait) -> None:
     tree = refusal_to_dict(stabilised_gait, FallError("the motion fell"))
     assert tree["refused_because"] == ["the motion fell"]
     assert tree["conditions"] == []
+
+
+def test_what_a_certificate_does_not_say_names_the_switches_where_feet_land_together(stabilised_gait: Gait) -> None:
+    trot = load_gait(Path(__file__).parents[1] / "data" / "trot-front-feet-in-the-air.json")
+    (told,) = [line for line in does_not_say(trot) if "different times" in line]
+    assert all(switch.name in told for switch in trot.pattern.all_switches)
+    for gait in (trot, stabilised_gait):
+        held, open_points = bounds_sentences(gait)
+        assert f"friction {gait.pattern.ground.friction:g}" in held
+        assert all(line in open_points for line in does_not_say(gait))
+        assert refusal_to_dict(gait, FallError("the motion fell"))["does_not_say"] == list(does_not_say(gait))

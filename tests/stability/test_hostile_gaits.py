@@ -121,6 +121,14 @@ def test_a_motion_of_zeros_is_no_record(stabilised_gait: Gait) -> None:
         with_domains(stabilised_gait, lambda domain: {name: np.zeros_like(getattr(domain, name)) for name in fields})
 
 
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.99, 1.01, 1e6])
+def test_a_cost_that_the_torques_do_not_have_is_refused(stabilised_gait: Gait, share: float) -> None:
+    """The objective is the mean square of the torques; what a file states is what another gait is compared with."""
+    stated = replace(stabilised_gait.solver, objective=share * stabilised_gait.solver.objective)
+    names = refusal(replace(stabilised_gait, solver=stated))
+    assert names == ["root mean square of the torques less the solver's"]
+
+
 @pytest.mark.parametrize("speed", [5.0, -1e11, 0.0, 0.21, -0.2])
 def test_a_speed_that_is_not_walked_is_refused(stabilised_gait: Gait, speed: float) -> None:
     assert "mean speed less the speed asked for" in refusal(replace(stabilised_gait, speed=speed))
@@ -194,7 +202,7 @@ def test_a_trot_whose_front_feet_stand_in_the_air_is_refused_by_name() -> None:
     gait = load_gait(TROT)
     names = refusal(gait)
     assert {"D1 fl height on the ground", "D2 fr height on the ground"} <= set(names)
-    assert {"D1->D2 fr height at touchdown", "D2->D1 fl height at touchdown"} <= set(names)
+    assert {"D1->D2 height at touchdown fr", "D2->D1 height at touchdown fl"} <= set(names)
     assert "start of the feedback less the fixed point, fl_knee" in names
 
 

@@ -30,6 +30,17 @@ def test_v_falls_by_the_rate(seed: int, radius: float) -> None:
     assert np.all(later < found.rate**2 * values)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_states_of_very_different_size_are_verified(seed: int) -> None:
+    """Angles beside rates of a robot of 5 cm: in the states' own units the inequality drowns in its rounding."""
+    generator = np.random.default_rng(seed)
+    scales = np.exp(generator.normal(scale=10.0, size=12))
+    matrix = stable(seed, 0.9, 12) * np.outer(scales, 1.0 / scales)
+    found = quadratic_bound(matrix)
+    assert all(row.violation == 0.0 for row in found.rows())
+    assert verified_bound(matrix, found.rate, found.metric).decrease < 0.0  # not because it is easy
+
+
 def test_w_that_does_not_decrease_is_not_verified() -> None:
     matrix = np.array([[0.5, 3.0], [0.0, 0.5]])
     found = verified_bound(matrix, 0.9, np.eye(2))

@@ -14,17 +14,18 @@ from amble.defaults import FREE
 from amble.errors import NotSolvedError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
+from amble.robot.natural_units import natural_units
 from amble.simulation import simulate
 from amble.stability.bilinear import TRACE, least_bound
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import section_distances
-from amble.stability.leading_mode import leading_mode
+from amble.stability.leading_mode import NEAR, leading_mode
 from amble.stability.lyapunov import smoothed_radius
 from amble.stability.monodromy import monodromy
 from amble.stability.quadratic_bound import verified_bound
 from amble.stability.spectrum import multipliers
 from amble.stability.stabilize import NotStabilizedError, Stabilized, stabilization
-from amble.stability.weight_search import Closed, WeightSearch, natural_units
+from amble.stability.weight_search import Closed, WeightSearch
 from amble.types import Vector
 
 WEIGHTS = 66
@@ -79,11 +80,11 @@ def test_gradient_is_that_of_central_differences(search: WeightSearch) -> None:
 
 def test_coordinates_are_in_natural_units(search: WeightSearch) -> None:
     """Orthonormal once every state is counted in its unit; lengths and times as an inverted pendulum has them."""
-    units = natural_units(search.gait, 0.5)
+    units = natural_units(search.gait.robot, 0.5)
     assert units[[0, 3, 18, 21]] == pytest.approx([0.5, 1.0, np.sqrt(9.81 * 0.5), np.sqrt(9.81 / 0.5)])
     orbit = search.orbit
     assert orbit.dual @ orbit.basis == pytest.approx(np.eye(orbit.basis.shape[1]), abs=1e-12)
-    scaled = orbit.basis / natural_units(search.gait, orbit.start[2])[:, None]
+    scaled = orbit.basis / natural_units(search.gait.robot, orbit.start[2])[:, None]
     assert scaled.T @ scaled == pytest.approx(np.eye(orbit.basis.shape[1]), abs=1e-12)
 
 
@@ -162,7 +163,7 @@ def test_simulated_contraction_agrees_with_the_radius(stabilized: Stabilized) ->
     system = closed_loop(stabilized.gait)
     state = start_state(stabilized.gait)
     mode = leading_mode(system, state, multipliers(system, state))
-    assert mode.predicted == pytest.approx(stabilized.radius, rel=1e-4)
+    assert (1.0 - NEAR * mode.modes) * stabilized.radius < mode.predicted <= (1.0 + 1e-4) * stabilized.radius
     assert mode.difference < 0.1
 
 

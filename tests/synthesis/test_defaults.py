@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 import pytest
 
 from amble.control import WeightedMinimumNorm
 from amble.errors import InputError, UnknownNameError
-from amble.hybrid.gaits import trot
+from amble.gait.limits import highest_landing
+from amble.hybrid.gaits import amble, trot
 from amble.robot import Robot, catalogue, symmetrized
 from amble.robot.kinematics import foot_position
 from amble.synthesis import default_limits, gait_problem, standing_posture
@@ -71,6 +72,19 @@ def test_a_real_robot_has_a_problem(name: str, gait: str) -> None:
     }
     assert problem.limits.normal_force < 0.05 * model.mass * model.gravity
     assert problem.limits.clearance < 0.05 * model.leg_length
+    assert problem.limits.touchdown_velocity[2][1] == highest_landing(model) < 0.0
+
+
+@pytest.mark.parametrize("upper", [0.0, 0.1, inf, -0.01])
+@pytest.mark.parametrize("name", ["astro", "astro_cad"])
+def test_limits_under_which_a_foot_may_graze_the_ground_are_refused(name: str, upper: float) -> None:
+    model = catalogue.load(name)
+    limits = default_limits(amble(model))
+    forward, sideways, (lower, most) = limits.touchdown_velocity
+    assert most <= highest_landing(model)
+    grazing = replace(limits, touchdown_velocity=(forward, sideways, (lower, upper)))
+    with pytest.raises(InputError, match=f"may be as high as {upper:g} m/s, .* at most -0.05"):
+        gait_problem(model, "amble", speed=0.2, limits=grazing)
 
 
 def scaled(model: Robot, factor: float) -> Robot:

@@ -85,6 +85,8 @@ def test_every_row_has_a_kind_of_its_own_sort(small_program: GaitProgram) -> Non
         RowKind.NORMAL_FORCE: 0,  # these three are bounds of variables on level ground
         RowKind.BASE_HEIGHT: 0,
         RowKind.LIFT_OFF: 0,
+        RowKind.PHASE_RATE: 0,  # time needs neither
+        RowKind.PHASE: 0,
         RowKind.DEFECT: intervals * 4 * free,
         RowKind.CONTINUITY: 2 * robot.size,
         RowKind.IMPACT: 2 * (robot.size + 6),

@@ -20,11 +20,15 @@ from amble.control.actuator import PAPER
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
-from amble.hybrid import FLAT, GaitPattern, Plane, gait_pattern
+from amble.hybrid import FLAT, GaitPattern, Ground, Plane, gait_pattern
 from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 from amble.simulation import simulate
 from amble.synthesis import GaitProblem, default_limits, gait_problem, synthesize
+from amble.synthesis.bounds import variable_bounds
+from amble.synthesis.layout import build_layout
+from amble.synthesis.link_blocks import switch_block
+from amble.synthesis.node_block import FORCE_UNIT, node_block
 from amble.synthesis.program import build_program
 from amble.synthesis.rows import RowKind
 from amble.verification.check import check
@@ -118,6 +122,30 @@ def test_lift_off_on_a_slope_is_a_row_where_it_is_a_bound_on_the_level() -> None
     assert all([kinds[name]] == [kind for word, kind in words.items() if word in name] for name in extra)
     fixed = [np.count_nonzero(program.lower == program.upper) for program in programs]
     assert fixed[0] - fixed[1] == 4  # the normal forces at the four lift-offs
+
+
+@pytest.mark.parametrize("ground", [FLAT, SLOPE])
+def test_every_foot_that_leaves_does_so_at_the_smallest_force_inside_its_cone(ground: Ground) -> None:
+    """Of two feet one was left out, and the other ended at a force of zero with its friction free."""
+    robot = catalogue.astro()
+    pattern = gait_pattern(robot, (("fl", "rr"), (), ("fr", "rl"), ()), mirrored=True, ground=ground)
+    problem = gait_problem(robot, pattern, speed=0.4, intervals=2)
+    layout = build_layout(problem)
+    domain, least = layout.domains[0], problem.limits.normal_force
+    nodes, switch = node_block(problem, layout, domain), switch_block(problem, layout, 0)
+    friction = [place for place, label in enumerate(nodes.labels) if label.name.startswith("friction")]
+    assert len(friction) == 8
+    assert np.all(nodes.lower[:, friction] == 0.0)
+    lower, upper = variable_bounds(problem, layout)
+    for foot in ("fl", "rr"):
+        force = domain.force[-1, pattern.contacts(domain.stance).normal_index(foot)]
+        if ground.level:
+            assert lower[force] == upper[force] == least
+        else:
+            row = [label.name for label in switch.labels].index(f"lift-off force {foot} (10 N)")
+            assert switch.lower[0, row] == switch.upper[0, row] == least / FORCE_UNIT
+    with pytest.raises(InputError, match="foot 'fl' leaves the ground by its force"):
+        replace(problem, limits=replace(problem.limits, normal_force=0.0))
 
 
 def test_samples_follow_the_slope_and_turn_forces_into_it(gait: Gait) -> None:

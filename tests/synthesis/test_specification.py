@@ -59,7 +59,7 @@ torques = { fl_knee = 30 }
 acceleration = 100
 base = { z = [0.3, "90 cm"], yaw = ["-10 deg", "10 deg"] }
 joints = { fl_knee = [1.0, 2.0] }
-touchdown_velocity = { x = [-0.2, 0.3], y = ["-10 cm/s", 0.1], z = [-2, 0] }
+touchdown_velocity = { x = [-0.2, 0.3], y = ["-10 cm/s", 0.1], z = [-2, -0.06] }
 [posture]
 height = 0.3
 [posture.angles]
@@ -137,7 +137,7 @@ def test_a_long_specification_is_read_completely(tmp_path: Path, own_robot: str)
     assert limits.positions["rl_knee"] == (0.0, pytest.approx(math.pi))
     assert limits.positions["z"] == (0.3, 0.9)
     assert limits.positions["yaw"] == (pytest.approx(-math.pi / 18), pytest.approx(math.pi / 18))
-    assert limits.touchdown_velocity == ((-0.2, 0.3), (-0.1, 0.1), (-2.0, 0.0))
+    assert limits.touchdown_velocity == ((-0.2, 0.3), (-0.1, 0.1), (-2.0, -0.06))
     assert found.pattern.ground.friction == 0.5
 
 

@@ -20,7 +20,7 @@ from amble.synthesis import GaitProblem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Solution, Start, solve
+from amble.synthesis.solve import Solution, Start, ipopt
 from amble.synthesis.synthesize import GaitNotSolvedError
 from amble.verification.check import check
 
@@ -83,7 +83,7 @@ def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
 def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: GaitProgram) -> None:
     layout = small_program.layout
     natural = from_gait(small_program.problem, coarse_gait, layout)
-    solution = Solution(natural / layout.scale, None, coarse_gait.solver, ())
+    solution = Solution(natural / layout.scale, None, coarse_gait.solver, (), True)
     again = to_gait(small_program.problem, layout, solution)
     for ours, theirs in zip(again.domains, coarse_gait.domains, strict=True):
         for kind in ("coefficients", "positions", "velocities", "accelerations", "torques", "forces", "impulse"):
@@ -165,7 +165,7 @@ def test_a_start_outside_its_bounds_is_moved_onto_them_and_counted(small_program
     outside[generator.choice(bounded, 3, replace=False)] += 1e3
     told: list[str] = []
     for start, count in ((inside, 0), (outside, 3)):
-        solution = solve(program, Start(start), 1e-8, 1, lambda report: told.append(report.detail))
+        solution = ipopt(program, Start(start), 1e-8, 1, lambda report: told.append(report.detail))
         assert solution.projected == count
         assert told
         said = f", {count} start values moved onto their bounds" if count else ""
@@ -186,7 +186,7 @@ def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> No
 
     start = initial_guess(small_program.problem, small_program.layout) / small_program.layout.scale
     with pytest.raises(KeyboardInterrupt):
-        solve(small_program, Start(start), progress=interrupt)
+        ipopt(small_program, Start(start), progress=interrupt)
     assert seen == [0, 1, 2]
 
 

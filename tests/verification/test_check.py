@@ -11,6 +11,7 @@ from amble.control import DropActuator
 from amble.control.phase import DomainPhase
 from amble.errors import InputError, WorkError
 from amble.gait import DomainTrajectory, Gait
+from amble.hybrid import Contacts
 from amble.synthesis import GaitProblem, refine
 from amble.types import Vector, frozen
 from amble.verification import domain_rows
@@ -18,6 +19,7 @@ from amble.verification.check import check
 from amble.verification.findings import CheckReport, limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.stance_model import Motion, allocated, law_residuals, terms
 from tests.grounds import on_friction
 from tests.hostile import with_names
 
@@ -59,7 +61,8 @@ def test_names_are_no_templates(stabilised_gait: Gait, report: CheckReport) -> N
 
 
 def test_a_finer_mesh_holds_between_its_nodes_too(walking_gait: Gait, small_problem: GaitProblem) -> None:
-    finer = check(refine(replace(small_problem, limits=walking_gait.limits), walking_gait))
+    limits = replace(walking_gait.limits, touchdown_velocity=small_problem.limits.touchdown_velocity)
+    finer = check(refine(replace(small_problem, limits=limits), walking_gait))
     assert {row.kind for row in finer.failed} <= {"speed"}, str(finer)
 
 
@@ -151,6 +154,19 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
     }
 
 
+@pytest.mark.parametrize(("share", "holds"), [(1.0, True), (0.05, False), (0.0, False)])
+def test_a_foot_that_grazes_the_ground_is_named(walking_gait: Gait, share: float, holds: bool) -> None:
+    """The gait's own limits allow a landing at rest, as those of former files do; rr comes down at 0.20 sqrt(g l)."""
+    assert walking_gait.limits.touchdown_velocity[2][1] == 0.0
+    velocities = np.array(walking_gait.domains[0].velocities)
+    velocities[-1] *= share
+    report = check(changed(walking_gait, 0, velocities=frozen(velocities)), grid=1)
+    row = next(row for row in report.rows if row.name == "D1->D2 touchdown velocity rr z")
+    assert row.passed is holds
+    size = np.sqrt(walking_gait.robot.gravity * walking_gait.robot.leg_length)
+    assert row.value == pytest.approx(-0.2026 * share * size, rel=1e-3)
+
+
 def test_a_feedback_that_does_not_return_is_named(stabilised_gait: Gait, report: CheckReport) -> None:
     assert report.worst["feedback"].passed
     assert stabilised_gait.feedback is not None
@@ -196,6 +212,14 @@ def test_integration_is_accurate_where_the_answer_is_known(walking_gait: Gait) -
     value, rate = loop.errors(times, q, v)
     np.testing.assert_allclose(value, 0.0, atol=1e-8)  # the entry itself is met to the solver's 1e-8
     np.testing.assert_allclose(rate, 0.0, atol=1e-7)
+
+
+def test_in_flight_a_law_has_nothing_to_choose(walking_gait: Gait) -> None:
+    robot, law = walking_gait.robot, walking_gait.law
+    at = terms(Contacts(robot, ()), *np.random.default_rng(4).normal(0.0, 0.3, (2, 3, robot.size)))
+    nothing, torques = np.zeros((3, 0)), np.ones((3, len(robot.joints)))
+    assert law_residuals(at, torques, nothing, law).shape == (3, 0)
+    assert allocated(at, Motion(np.zeros((3, robot.size)), torques, nothing), law).torques is torques
 
 
 def polynomial(times: Vector, degree: int) -> DomainTrajectory:

@@ -29,7 +29,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("refinement", [1, 3])
 def test_the_solver_settings_of_the_specification_are_used(refinement: int, monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[object] = []
-    monkeypatch.setattr(specified, "synthesize", lambda *arguments: given.extend(arguments[2:4]) or "coarse")
+    monkeypatch.setattr(specified, "synthesize", lambda *arguments, **_: given.extend(arguments[2:4]) or "coarse")
     monkeypatch.setattr(specified, "refine", lambda _, gait, factor, __: (gait, factor))
     with resources.as_file(resources.files("amble.specifications") / "astro-amble.toml") as path:
         read = read_specification(path)

@@ -19,6 +19,7 @@ class ContactBounds:
         normal_force: smallest normal force of a stance foot, N.
         penetration: largest depth of a swing foot, m.
         drift: largest distance of a stance foot from where its stance phase began, m.
+        touchdown: largest distance of a landing foot from the ground, above or below it, when an impact stops it, m.
         pivot: smallest pivot of the decoupling equations.
         torques: joint name -> largest |torque|, N m; a joint that is not named has no bound.
         speeds: joint name -> largest |rate|, rad/s; a joint that is not named has no bound.
@@ -31,13 +32,14 @@ class ContactBounds:
     normal_force: float
     penetration: float
     drift: float
+    touchdown: float
     pivot: float
     torques: Mapping[str, float]
     speeds: Mapping[str, float]
 
     def __post_init__(self) -> None:
         """Refuse bounds that nothing can keep."""
-        numbers = {name: getattr(self, name) for name in ("friction", "penetration", "drift", "pivot")}
+        numbers = {name: getattr(self, name) for name in ("friction", "penetration", "drift", "touchdown", "pivot")}
         numbers |= {f"torque of '{joint}'": bound for joint, bound in self.torques.items()}
         numbers |= {f"speed of '{joint}'": bound for joint, bound in self.speeds.items()}
         for name, bound in numbers.items():
@@ -46,7 +48,12 @@ class ContactBounds:
 
     @classmethod
     def of_gait(
-        cls, gait: Gait, penetration: float = 1e-3, drift: float = 1e-3, pivot: float = SMALLEST_PIVOT
+        cls,
+        gait: Gait,
+        penetration: float = 1e-3,
+        drift: float = 1e-3,
+        touchdown: float = 1e-5,
+        pivot: float = SMALLEST_PIVOT,
     ) -> ContactBounds:
         """Take the friction and the limits of a gait; a simulated foot must push, however little.
 
@@ -54,6 +61,7 @@ class ContactBounds:
             gait: friction of its ground, torque and speed limits.
             penetration: depth that is tolerated, m; one millimetre is less than any floor is flat.
             drift: drift that is tolerated, m; a stance constraint without stabilisation drifts with the integrator.
+            touchdown: distance of a landing foot from the ground that is tolerated, m; as much as ``amble.check`` does.
             pivot: smallest pivot under which the decoupling equations count as singular.
         """
         return cls(
@@ -61,6 +69,7 @@ class ContactBounds:
             normal_force=0.0,
             penetration=penetration,
             drift=drift,
+            touchdown=touchdown,
             pivot=pivot,
             torques=gait.limits.torques,
             speeds=gait.limits.speeds,

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.analysis.bounds import ContactBounds
+from amble.analysis.landings import landings
 from amble.analysis.samples import signal, stance_indices
 from amble.hybrid import GaitPattern
 from amble.residual import Residual, worst_first
@@ -30,6 +31,7 @@ class ContactReport:
         max_friction: largest share of the cone that a stance foot uses, 1; infinite where a foot pulls.
         max_penetration: largest depth of a swing foot below the ground, m.
         max_drift: largest distance of a stance foot from where its stance phase began, m.
+        max_landing_gap: largest distance from the ground, above or below it, of a landing foot that an impact stops, m.
         max_slip: largest speed of a stance foot, m/s.
         min_pivot: smallest pivot of the decoupling equations.
         pulls: samples in which some stance foot has no positive normal force.
@@ -39,6 +41,7 @@ class ContactReport:
         frictions: largest friction used of every cycle, (cycles,), 1.
         penetrations: largest penetration of every cycle, (cycles,), m.
         drifts: largest drift of every cycle, (cycles,), m.
+        landing_gaps: largest distance from the ground of a landing foot of every cycle, (cycles,), m.
         sound_from: the first cycle from which to the end every normal force is positive, friction stays in the cone
             and no foot pulls; None where the last cycle is not sound.
     """
@@ -47,6 +50,7 @@ class ContactReport:
     max_friction: float
     max_penetration: float
     max_drift: float
+    max_landing_gap: float
     max_slip: float
     min_pivot: float
     pulls: int
@@ -56,6 +60,7 @@ class ContactReport:
     frictions: Vector
     penetrations: Vector
     drifts: Vector
+    landing_gaps: Vector
     sound_from: int | None
 
     @property
@@ -66,9 +71,13 @@ class ContactReport:
 
 @dataclass(frozen=True, kw_only=True)
 class _Feet:
-    """``QUANTITIES`` of every sample and foot, (n, n_feet); where one has no meaning it cannot win."""
+    """``QUANTITIES`` of every sample and foot, (n, n_feet); where one has no meaning it cannot win.
+
+    The gap is the height of every foot, of stance feet too.
+    """
 
     normal: NodeValues
+    gap: NodeValues
     friction: NodeValues
     height: NodeValues
     drift: NodeValues
@@ -97,7 +106,8 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
     penetration = np.maximum(0.0, -np.minimum.reduceat(feet.height.min(axis=1), starts))
     drift = np.maximum.reduceat(feet.drift.max(axis=1), starts)
     sound = (normal > 0.0) & (friction <= bounds.friction) & ~pulling
-    rows = [*_foot_rows(trace, pattern, stances, feet, bounds), *_joint_rows(trace, pattern, bounds)]
+    landed = landings(trace, pattern, stances, feet.gap, bounds.touchdown)
+    rows = [*_foot_rows(trace, pattern, stances, feet, bounds), *landed.rows, *_joint_rows(trace, pattern, bounds)]
     pivot = signal(trace, "pivot")[:, 0]
     rows.append(_worst("pivot of the decoupling equations", "pivot", pivot, (bounds.pivot, np.inf), trace, lowest=True))
     return ContactReport(
@@ -105,6 +115,7 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
         max_friction=float(friction.max()),
         max_penetration=float(penetration.max()),
         max_drift=float(drift.max()),
+        max_landing_gap=float(landed.largest.max()),
         max_slip=float(feet.slip.max()),
         min_pivot=float(pivot.min()),
         pulls=int(np.sum(feet.pulls.any(axis=1))),
@@ -114,6 +125,7 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
         frictions=frozen(friction),
         penetrations=frozen(penetration),
         drifts=frozen(drift),
+        landing_gaps=landed.largest,
         sound_from=_sound_from(sound, trace.cycle[starts]),
     )
 
@@ -126,10 +138,12 @@ def _monitor_feet(trace: Trace, pattern: GaitPattern, down: Mask) -> _Feet:
     force = contact.local(signal(trace, "force").reshape((*down.shape, contact.size)), ground.frame(foot))
     normal, friction = contact.normal_force(force), contact.friction_used(force)
     drift = np.linalg.norm(foot - _where_phase_began(foot, down), axis=2)
+    gap = ground.gap(foot)
     return _Feet(
         normal=np.where(down, normal, np.inf),
         friction=np.where(down, friction, 0.0),
-        height=np.where(down, np.inf, ground.gap(foot)),
+        gap=gap,
+        height=np.where(down, np.inf, gap),
         drift=np.where(down, drift, 0.0),
         slip=np.where(down, speed, 0.0),
         pulls=down & ~(normal > 0.0),

@@ -58,7 +58,7 @@ def every_law(gait: Gait) -> LawChoice:
         {
             "drop": lambda: paper_baseline(gait.pattern),
             "pinv": PseudoInverse,
-            **{f"power ({model.name})": partial(MinimumPower, model) for model in ACTUATORS},
+            **{f"power ({model.name})": partial(MinimumPower, model) for model in ACTUATORS.entries},
             "peak": lambda: limited(MinimumPeak()),
             "bounded": lambda: limited(BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force)),
         }
@@ -90,7 +90,7 @@ def compare_laws(
     if laws is None:
         laws = every_law(gait).laws
     chosen = laws if isinstance(laws, Mapping) else labelled(laws)
-    return compare(motions, chosen, ACTUATORS, AllocationLimits.of(gait))
+    return compare(motions, chosen, ACTUATORS.entries, AllocationLimits.of(gait))
 
 
 def with_laws(samples: Samples, laws: Mapping[str, AllocationLaw]) -> Motion:

@@ -20,7 +20,8 @@ def tell_synthesized(gait: Gait) -> None:
     report = gait.solver
     show(
         f"{report.solver}: {report.status}, {report.iterations} iterations in {report.seconds:.2f} s "
-        f"({report.variables} variables, {report.constraints} constraints), objective {report.objective:.6g} N^2 m^2"
+        f"({report.variables} variables, {report.constraints} constraints), objective {report.objective:.6g} "
+        f"{gait.cost.unit}"
     )
     result(solver=asdict(report))
 
@@ -46,29 +47,35 @@ def tell_stabilized(found: Stabilized) -> None:
 
 
 def tell_bounds(gait: Gait) -> None:
-    """Say in one sentence what a gait was held against, and what of that is absurd."""
-    from amble.stability.gait_certificate import held_against
+    """Say what a gait was held against, what of that is absurd, and what a certificate does not say."""
+    from amble.stability.gait_certificate import bounds_sentences, does_not_say, held_against
 
-    held = held_against(gait)
-    torques = gait.limits.torques.values()
-    range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
-    absurd = f"; ABSURD: {', '.join(held['absurd'])}" if held["absurd"] else ""
-    show(
-        f"held against: friction {held['friction']:g}, normal forces above 0, gravity {held['gravity_m_s2']:g} m/s^2; "
-        f"not held against: torque limits ({range_of}) and other limits of joints, which `amble check` looks at{absurd}"
-    )
-    result(held_against=held)
+    for sentence in bounds_sentences(gait):
+        show(sentence)
+    result(held_against=held_against(gait), does_not_say=list(does_not_say(gait)))
 
 
 def tell_certified(gait: Gait, certificate: Certificate) -> None:
-    """Say what was certified."""
+    """Say what was certified, and what has to be known about it."""
     show(
         f"spectral radius of the full cycle {certificate.radius:.6f} (estimated error {certificate.error:.1e}), "
         f"fixed point to {certificate.residual:.1e}, period {certificate.period:.6f} s"
     )
+    disturbance = certificate.disturbance
+    if disturbance is not None:
+        show(str(disturbance))
     tell_bounds(gait)
+    for warning in certificate.warnings:
+        show(f"WARNING: {warning}")
     numbers = {"error": certificate.error, "residual": certificate.residual, "period_s": certificate.period}
-    result(certificate={"spectral_radius": certificate.radius, **numbers})
+    result(
+        certificate={
+            "spectral_radius": certificate.radius,
+            **numbers,
+            "disturbance": None if disturbance is None else disturbance.to_dict(),
+            "warnings": list(certificate.warnings),
+        }
+    )
 
 
 def tell_simulated(trace: Trace) -> None:

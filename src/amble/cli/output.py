@@ -1,6 +1,7 @@
 """What a command leaves on standard output: text for people, or with ``--json`` one object; with ``--quiet`` nothing.
 
-Every command speaks through ``show``, ``result`` and ``wrote``; ``reporting`` gives it the two options.
+Every command speaks through ``show``, ``result`` and ``wrote``; ``reporting`` gives it the two options and
+``--plugin``.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
+from amble.cli.plugins import load_plugins
 from amble.errors import AmbleError
 
 if TYPE_CHECKING:
@@ -74,14 +76,15 @@ def wrote(path: Path) -> None:
 
 
 def reporting(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that also takes ``--json`` and ``--quiet``."""
+    """Return a command that also takes ``--json``, ``--quiet`` and ``--plugin``."""
 
-    def run(*, as_json: bool, silently: bool, **arguments: Any) -> None:
+    def run(*, as_json: bool, silently: bool, plugins: list[str] | None, **arguments: Any) -> None:
         output = Output(as_json, silently)
         token = _CURRENT.set(output)
         if silently:
             logging.getLogger("amble").setLevel(logging.ERROR)
         try:
+            load_plugins(plugins or ())
             command(**arguments)
         except AmbleError as error:
             _finish(command.__name__, output, error.exit_code, error)
@@ -96,11 +99,11 @@ def reporting(command: Callable[..., None]) -> Callable[..., None]:
 
     functools.update_wrapper(run, command)
     del run.__dict__["__wrapped__"]  # else its signature would be taken for that of ``run``
-    hints = {**get_type_hints(command, include_extras=True), "as_json": _JSON, "silently": _QUIET}
+    hints = {**get_type_hints(command, include_extras=True), "as_json": _JSON, "silently": _QUIET, "plugins": _PLUGINS}
     own = [each.replace(annotation=hints[each.name]) for each in inspect.signature(command).parameters.values()]
     added = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=hints[name])
-        for name in ("as_json", "silently")
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hints[name])
+        for name, default in (("as_json", False), ("silently", False), ("plugins", None))
     ]
     run.__annotations__ = hints
     run.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]
@@ -109,6 +112,13 @@ def reporting(command: Callable[..., None]) -> Callable[..., None]:
 
 _JSON = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else.")]
 _QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors: no progress, no results.")]
+
+_PLUGINS = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--plugin", help="Module, or Python file, that registers kinds of its own; may be repeated.", show_default=False
+    ),
+]
 
 
 def _finish(command: str, output: Output, exit_code: int, error: BaseException | None) -> None:

@@ -12,7 +12,7 @@ from amble.cli import laws
 from amble.cli.lines import tell_simulated
 from amble.cli.output import result, show, wrote
 from amble.cli.progress import progress
-from amble.defaults import CYCLES, TOLERANCE
+from amble.defaults import CYCLES, ENGINE, TOLERANCE
 from amble.errors import FallError
 
 
@@ -28,11 +28,15 @@ def simulate(
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to walk.")] = CYCLES,
     tolerance: Annotated[float, typer.Option(help="Relative and absolute tolerance of the integrator.")] = TOLERANCE,
     law: Annotated[str | None, typer.Option(help=laws.HELP, show_default="the gait's own")] = None,
+    control: Annotated[
+        str | None, typer.Option(help="Feedback law, such as NAME:key=value.", show_default="the gait's own")
+    ] = None,
     perturb: Annotated[float, typer.Option(min=0.0, help="Change of every start state, up or down at random.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the change.")] = 0,
     controller: Annotated[
         Controller, typer.Option(help="What computes the torques: the model, or the exported C code.")
     ] = Controller.MODEL,
+    engine: Annotated[str, typer.Option(help="What moves the model: native, or one of a plug-in.")] = ENGINE,
     out: Annotated[Path, typer.Option(help="Where to write the trace (netCDF).")] = Path("trace.nc"),
 ) -> None:
     """Simulate the closed loop of a gait; exits 1 where it falls, with the trace up to there."""
@@ -54,7 +58,9 @@ def simulate(
             tolerance=tolerance,
             perturbation=perturb,
             seed=seed,
+            engine=engine,
             law=chosen,
+            control=None if control is None else laws.parse_control(control),
             loop=loop,
             progress=tell,
         )

@@ -1,6 +1,7 @@
 """Phase, outputs, input-output linearisation, allocation laws, actuator models."""
 
 from amble.control.allocation import (
+    LAWS,
     AllocationLaw,
     BoundedMinimumNorm,
     ContactLimits,
@@ -17,6 +18,7 @@ from amble.control.outputs import DomainOutputs, Outputs, joint_outputs
 from amble.control.phase import PHASES, Phase, PhaseNumber, TimePhase
 
 __all__ = [
+    "LAWS",
     "PHASES",
     "AllocationLaw",
     "BoundedMinimumNorm",

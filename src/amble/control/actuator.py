@@ -8,7 +8,8 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from amble.errors import InputError, UnknownNameError, shown
+from amble.errors import InputError
+from amble.io.registry import Lookup
 
 
 @dataclass(frozen=True)
@@ -99,17 +100,8 @@ DATASHEET = Actuator(
 )
 """The model with the whole gear chain."""
 
-ACTUATORS = (PAPER, DATASHEET)
-"""The models that reports use."""
+ACTUATORS: Lookup[Actuator] = Lookup("actuator")
+"""The models that files and the command line can name; reports compute their numbers with each of them."""
 
-
-def actuator(name: str) -> Actuator:
-    """Look an actuator model up by name.
-
-    Raises:
-        UnknownNameError: where there is none of that name; the message lists the names there are.
-    """
-    for candidate in ACTUATORS:
-        if candidate.name == name:
-            return candidate
-    raise UnknownNameError("actuator", shown(name), [known.name for known in ACTUATORS])
+for _model in (PAPER, DATASHEET):
+    ACTUATORS.register(_model.name, _model)

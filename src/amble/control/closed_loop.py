@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,7 +15,7 @@ from amble.control.phase import Phase, TimePhase
 from amble.control.sensitivity import sensitivity
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
-from amble.hybrid import Contacts, GaitPattern, Switch, impact
+from amble.hybrid import Contacts, GaitPattern, Switch, constrained_dynamics, impact
 from amble.robot import kinematics
 
 LOWEST_BASE = 0.06
@@ -36,7 +36,7 @@ class StanceLoop:
         variation: (d field / d x, R, E), with the response R and the error slope E of ``sensitivity``.
         signals: torque, force (all feet), foot and foot_velocity (all feet), pivot.
         admissibility: margin to a fall.
-        guard: gap of the landing foot above the ground, or normal force of the lifting foot.
+        guard: gap of the landing foot above the ground, or mean normal force of the lifting feet less ``lift_off``.
         reset: state after the impact, in the same coordinates.
     """
 
@@ -51,7 +51,7 @@ class StanceLoop:
     def jacobian(self) -> ca.Function:
         """Slope of the field in x, the first result of ``variation``."""
         symbols = [ca.MX.sym(name, self.variation.numel_in(i)) for i, name in enumerate(ARGUMENTS)]
-        return ca.Function("jacobian", symbols, [self.variation(*symbols)[0]], ARGUMENTS, ["jacobian"])
+        return ca.Function("jacobian", symbols, [self.variation.call(symbols)[0]], ARGUMENTS, ["jacobian"])
 
 
 def stance_loops(
@@ -60,6 +60,7 @@ def stance_loops(
     outputs: Sequence[int],
     order: int,
     phase: Phase | None = None,
+    lift_off: float = 0.0,
 ) -> tuple[StanceLoop, ...]:
     """Compile the closed loops of the solved stances of a pattern.
 
@@ -69,6 +70,7 @@ def stance_loops(
         outputs: number of outputs of each solved stance.
         order: order of the reference curves; the parameters are packed as in ``VirtualConstraints.packed``.
         phase: the phase of the references; time where none is given.
+        lift_off: normal force at which feet leave the ground where none lands, N.
 
     Raises:
         InputError: the law or the phase is not hashable.
@@ -81,7 +83,8 @@ def stance_loops(
     for switch, count in zip(pattern.switches, outputs, strict=True):
         name = switch.source.name
         contacts, landed = pattern.contacts(switch.source), pattern.contacts(switch.target)
-        flow, events = _functions(contacts, landed, law, switch, count, order, phase)
+        force = lift_off if switch.leaving else 0.0
+        flow, events = _functions(contacts, landed, law, switch, count, order, phase, force)
         sources |= {f"loop_{name}": flow, f"switch_{name}": events}
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)
@@ -105,6 +108,7 @@ def _functions(
     outputs: int,
     order: int,
     phase: Phase,
+    lift_off: float,
 ) -> tuple[tuple[ca.Function, ...], tuple[ca.Function, ...]]:
     """Write the functions of one stance as expressions: those of the flow, and those of the event that ends it."""
     robot = contacts.robot
@@ -118,7 +122,7 @@ def _functions(
         ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
     )
     signals, margin = _signals(contacts, q, v, loop), fall_margin(contacts, q)
-    guard, after = _guard(contacts, switch, q, loop), _reset(landed, switch, q, v)
+    guard, after = _guard(contacts, switch, q, loop, lift_off), _reset(landed, switch, q, v)
     symbols = [t, x, p]
     slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}
     flow = (
@@ -144,7 +148,7 @@ def fall_margin(contacts: Contacts, q: ca.SX) -> ca.SX:
     return ca.fmin(height - LOWEST_BASE * contacts.robot.leg_length, upright - STEEPEST)
 
 
-def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised) -> dict[str, ca.SX]:
+def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised | DrivenMotion) -> dict[str, ca.SX]:
     """What a simulation records: world frame, all feet in the robot's order, zero force at swing feet."""
     robot = contacts.robot
     return {
@@ -156,12 +160,16 @@ def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised) -> dict[s
     }
 
 
-def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised) -> ca.SX:
-    """Gap of the first landing foot; without landing the normal force of the first lifting foot."""
+def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised | DrivenMotion, lift_off: float) -> ca.SX:
+    """Gap of the first landing foot; without landing the mean normal force of the lifting feet less that of lift-off.
+
+    The mean is smooth where two forces reach it at once; the smallest of them would not be.
+    """
     if switch.landing:
         return contacts.ground.gap(kinematics.foot_position(contacts.robot, switch.landing[0], q))
     local = contacts.local(loop.forces, contacts.points(q))
-    return contacts.contact.normal_force(local[contacts.feet.index(switch.lifting[0])])
+    forces = [contacts.contact.normal_force(local[contacts.feet.index(foot)]) for foot in switch.leaving]
+    return sum(forces[1:], forces[0]) / len(forces) - lift_off
 
 
 def _reset(landed: Contacts, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
@@ -170,3 +178,64 @@ def _reset(landed: Contacts, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
         return ca.vertcat(q, v)
     velocity, _ = impact(landed, q, v)
     return ca.densify(ca.vertcat(q, velocity))
+
+
+Torques = Callable[[Contacts, ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
+"""A feedback law of one stance: (contacts, t, q, v, p) -> joint torques, (n_joints,), N m."""
+
+
+@dataclass(frozen=True)
+class DrivenMotion:
+    """What torques do to a standing robot: accelerations and contact forces follow from the equations of motion.
+
+    Attributes:
+        acceleration: q'', (n_q,).
+        torques: u, (n_joints,), N m.
+        forces: contact forces of the stance feet, world frame, (n_f,), N.
+        pivot: 1: no outputs are decoupled, so none can lose their rank.
+    """
+
+    acceleration: ca.SX
+    torques: ca.SX
+    forces: ca.SX
+    pivot: float = 1.0
+
+
+def driven_loops(
+    pattern: GaitPattern, torques: Torques, sizes: Sequence[int], lift_off: float = 0.0
+) -> tuple[StanceLoop, ...]:
+    """Compile the closed loops of the solved stances of a pattern under torques of the state alone.
+
+    Their ``variation`` holds the slope of the field in x and nothing else.
+
+    Args:
+        pattern: the stances, with the robot and its ground.
+        torques: the feedback law.
+        sizes: number of parameters p of each solved stance.
+        lift_off: normal force at which feet leave the ground where none lands, N.
+    """
+    sources: dict[str, Sequence[ca.Function]] = {}
+    derivatives: dict[str, tuple[str, ...]] = {}
+    for switch, size in zip(pattern.switches, sizes, strict=True):
+        name, contacts, landed = switch.source.name, pattern.contacts(switch.source), pattern.contacts(switch.target)
+        robot = contacts.robot
+        t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size), ca.SX.sym("p", size)
+        q, v = x[: robot.size], x[robot.size :]
+        u, dynamics = torques(contacts, t, q, v, p), constrained_dynamics(contacts, q, v)
+        acceleration = dynamics.free_acceleration + dynamics.input_map @ u
+        motion = DrivenMotion(acceleration, u, dynamics.free_force + dynamics.force_map @ u)
+        symbols, rate = [t, x, p], ca.vertcat(v, acceleration)
+        sources[f"loop_{name}"] = (
+            _function("field", symbols, {"rate": rate}),
+            _function("variation", symbols, {"jacobian": ca.densify(ca.jacobian(rate, x))}),
+            _function("signals", symbols, _signals(contacts, q, v, motion)),
+            _function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
+        )
+        sources[f"switch_{name}"] = (
+            _function("guard", symbols, {"guard": _guard(contacts, switch, q, motion, lift_off)}),
+            _function("reset", symbols, {"state": _reset(landed, switch, q, v)}),
+        )
+        derivatives[f"switch_{name}"] = ("jac",)
+    native = compile_all(sources, derivatives)
+    names = [switch.source.name for switch in pattern.switches]
+    return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -12,8 +14,9 @@ from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.outputs import LARGEST_ORDER, selection_matrix
 from amble.control.phase import DomainPhase
 from amble.control.virtual_constraints import pack
+from amble.gait.control_law import CONTROL_LAWS, ControlLaw
 from amble.gait.record import Gait
-from amble.hybrid import Domain, GaitPattern, HybridSystem, Switch, Symmetry, Transition
+from amble.hybrid import Domain, GaitPattern, HybridSystem, Stance, Switch, Symmetry, Transition
 from amble.io.units import units
 from amble.numerics.bezier import elevate
 from amble.robot import Robot, kinematics
@@ -33,7 +36,9 @@ PROBES, PRESERVED = 3, 1e-9
 """Configurations at which a symmetry is held against the phase, and the slope, relative, that counts as none."""
 
 
-def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False) -> HybridSystem:
+def closed_loop(
+    gait: Gait, law: AllocationLaw | None = None, half: bool = False, control: ControlLaw | None = None
+) -> HybridSystem:
     """Close the loop of a gait.
 
     Args:
@@ -41,16 +46,15 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
         law: another allocation law than the gait's.
         half: of a mirrored gait only the solved half: the last reset also mirrors, and one cycle of the system is half
             a gait cycle. Otherwise all stances, the second half through mirrored copies of the same compiled code.
+        control: the feedback law; by default input-output linearisation with the gait's own gains.
+
+    Raises:
+        InputError: another allocation law for a feedback law that does not allocate.
     """
     pattern, robot = gait.pattern, gait.robot
-    loops = stance_loops(
-        pattern,
-        law or gait.law,
-        [len(gait.outputs.of(stance.name).coordinates) for stance in pattern.solved],
-        REFERENCE_ORDER,
-        gait.outputs.phase,
-    )
-    parameters = {stance.name: loop_parameters(gait, stance.name) for stance in pattern.solved}
+    control = control or InputOutputLinearisation(*gait.gains)
+    loops = control.loops(gait, law)
+    parameters = {stance.name: control.packed(gait, stance.name) for stance in pattern.solved}
     domains, transitions = [], []
     for loop, switch in zip(loops, pattern.switches, strict=True):
         name, last = switch.source.name, switch == pattern.switches[-1]
@@ -64,7 +68,7 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
                 signals=loop.signals,
                 jacobian=loop.jacobian,
                 admissibility=loop.admissibility,
-                breakpoints=gait.outputs.phase.breakpoints(switch.source, float(parameters[name][0])),
+                breakpoints=control.breakpoints(gait, switch.source),
             )
         )
         reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
@@ -75,7 +79,59 @@ def closed_loop(gait: Gait, law: AllocationLaw | None = None, half: bool = False
             domains.append(_mirrored_domain(pattern, loop, switch, domains[number]))
             transitions.append(_mirrored_transition(robot, loop, switch))
     names = (*robot.coordinate_names, *(f"{RATE}{name}" for name in robot.coordinate_names))
-    return HybridSystem(tuple(domains), tuple(transitions), _symmetries(gait), names)
+    symmetries = tuple(symmetry for symmetry in _symmetries(gait) if control.keeps(gait, symmetry))
+    return HybridSystem(tuple(domains), tuple(transitions), symmetries, names)
+
+
+@dataclass(frozen=True)
+class InputOutputLinearisation(ControlLaw):
+    """Torques that make the outputs obey y'' + K_d y' + K_p y = 0 (paper, eq. 7 and 8).
+
+    Attributes:
+        position_gain: K_p, 1/s^2.
+        velocity_gain: K_d, 1/s.
+    """
+
+    units: ClassVar[Mapping[str, str]] = {"position_gain": "1/s^2", "velocity_gain": "1/s"}
+
+    position_gain: float
+    velocity_gain: float
+
+    @property
+    def name(self) -> str:
+        """Name in files and on the command line."""
+        return "input-output linearisation"
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The gains."""
+        return {"position_gain": self.position_gain, "velocity_gain": self.velocity_gain}
+
+    def loops(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[StanceLoop, ...]:
+        """Compile the loops; the gains are among the parameters, so that loops of all gains share their code."""
+        return stance_loops(
+            gait.pattern,
+            allocation or gait.law,
+            [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved],
+            REFERENCE_ORDER,
+            gait.outputs.phase,
+            gait.limits.normal_force,
+        )
+
+    def packed(self, gait: Gait, domain: str) -> Vector:
+        """Pack the virtual constraints with these gains."""
+        return loop_parameters(replace(gait, gains=(self.position_gain, self.velocity_gain)), domain)
+
+    def breakpoints(self, gait: Gait, stance: Stance) -> tuple[float, ...]:
+        """Return those of the phase."""
+        return gait.outputs.phase.breakpoints(stance, float(self.packed(gait, stance.name)[0]))
+
+    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
+        """Whether no output sees a turn, and the phase none of the symmetries."""
+        return (symmetry.name != "yaw" or not _sees_orientation(gait)) and keeps_phase(gait, symmetry)
+
+
+CONTROL_LAWS.register("input-output linearisation", InputOutputLinearisation)
 
 
 def loop_parameters(gait: Gait, domain: str) -> Vector:
@@ -101,10 +157,7 @@ def start_state(gait: Gait) -> Vector:
 
 
 def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
-    """Translations along the ground, and on level ground the turn about the vertical if no output sees it.
-
-    A symmetry that changes the phase is none of the closed loop.
-    """
+    """Translations along the ground, and on level ground the turn about the vertical."""
     size = 2 * gait.robot.size
     x = ca.SX.sym("x", size)
     found = []
@@ -112,9 +165,9 @@ def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
         direction = ca.DM.zeros(size)
         direction[:3] = translation
         found.append(Symmetry(name, ca.Function(f"symmetry_{name}", [x], [ca.SX(direction)])))
-    if gait.pattern.ground.level and not _sees_orientation(gait):
+    if gait.pattern.ground.level:
         found.append(Symmetry("yaw", _turn(gait.robot, x)))
-    return tuple(symmetry for symmetry in found if keeps_phase(gait, symmetry))
+    return tuple(found)
 
 
 def keeps_phase(gait: Gait, symmetry: Symmetry) -> bool:

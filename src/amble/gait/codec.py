@@ -1,6 +1,6 @@
 """The description of a gait file: the key, unit and shape of everything that a gait is, for writing and for reading.
 
-Grounds, contacts, phases and allocation laws are written and read by their registries, which are open from outside.
+Grounds, contacts, phases, allocation laws and costs are written and read by their registries, open from outside.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from amble.control import PHASES, DomainOutputs, Outputs, Phase
 from amble.control.allocation.registry import LAWS
 from amble.control.outputs import controllable
 from amble.errors import InputError
+from amble.gait.cost import COSTS, TORQUE_SQUARED, Cost
 from amble.gait.limits import Limits
 from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, SolverReport
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
@@ -165,19 +166,21 @@ def solved(pattern: GaitPattern) -> list[str]:
     return [stance.name for stance in pattern.solved]
 
 
-SOLVER = Record(
-    SolverReport,
-    {
-        "solver": TEXT,
-        "status": TEXT,
-        "iterations": Count(),
-        "seconds": Number("s"),
-        "variables": Count(),
-        "constraints": Count(),
-        "violation": Number("scaled"),
-        "objective": Number("N^2 m^2"),
-    },
-)
+def solver_codec(cost: Cost) -> Record:
+    """Describe the solver's report; its objective has the unit of the cost."""
+    return Record(
+        SolverReport,
+        {
+            "solver": TEXT,
+            "status": TEXT,
+            "iterations": Count(),
+            "seconds": Number("s"),
+            "variables": Count(),
+            "constraints": Count(),
+            "violation": Number("scaled"),
+            "objective": Number(cost.unit),
+        },
+    )
 
 
 def _multipliers(report: SolverReport) -> Optional:
@@ -201,7 +204,8 @@ GAIT_FIELDS: Mapping[str, Field] = {
     "limits": lambda known: limits_codec(known["pattern"]),
     "mesh": lambda known: Named("mesh", {"hermite-simpson": mesh_codec(known["pattern"])}),
     "domains": lambda known: domains_codec(known["pattern"], known["outputs"], known["mesh"]),
-    "solver": SOLVER,
+    "cost": Optional(COSTS),
+    "solver": lambda known: solver_codec(known["cost"] or TORQUE_SQUARED),
     "feedback": lambda known: Optional(feedback_codec(known["pattern"], known["outputs"])),
     "multipliers": lambda known: _multipliers(known["solver"]),
 }
@@ -224,6 +228,7 @@ def _take(gait: Gait) -> Json:
         },
         "allocation_law": gait.law,
         "landing_rule": {"name": "simultaneous"},
+        "cost": None if gait.cost == TORQUE_SQUARED else gait.cost,
         "limits": limits,
         "mesh": {
             "name": "hermite-simpson",
@@ -249,6 +254,7 @@ def _build(**parts: Any) -> Gait:
         feedback=parts["feedback"],
         versions=parts["versions"],
         multipliers=parts["multipliers"],
+        cost=parts["cost"] or TORQUE_SQUARED,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, sqrt
 
 from amble.errors import InputError
 from amble.residual import Residual
@@ -18,6 +18,10 @@ SMALLEST_TORQUE = 0.01
 
 GRAVITY = (0.5, 30.0)
 """From a large moon to a giant planet, m/s^2."""
+
+SLOWEST_LANDING = 0.02
+"""Least speed of a landing foot towards the ground, as a share of sqrt(g l), that of a fall from 0.02 % of the leg
+length: a foot that grazes the ground has no moment of touchdown, and a motion near it misses the ground."""
 
 Interval = tuple[float, float]
 
@@ -34,7 +38,8 @@ class Limits:
         torques: joint name -> largest |torque|, N m.
         acceleration: largest |second derivative| of any coordinate, m/s^2 or rad/s^2.
         touchdown_velocity: velocity of a landing foot just before the impact along the ground's two tangents and its
-            normal (on level ground x, y, z) -> (lower, upper), m/s.
+            normal (on level ground x, y, z) -> (lower, upper), m/s; a gait problem needs an upper bound along the
+            normal of at most ``highest_landing``.
         normal_force: smallest normal force of a stance foot, N.
         clearance: height above the ground that every swing foot exceeds at the middle of its swing, m.
     """
@@ -68,6 +73,11 @@ class Limits:
         for what, value in (("normal force", self.normal_force), ("clearance", self.clearance)):
             if not 0.0 <= value < inf:
                 raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")
+
+
+def highest_landing(robot: Robot) -> float:
+    """Return the largest normal velocity at which a foot of a robot still comes down, -0.02 sqrt(g l), m/s."""
+    return -SLOWEST_LANDING * sqrt(robot.gravity * robot.leg_length)
 
 
 def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Residual, ...]:

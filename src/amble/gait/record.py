@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from amble.control import AllocationLaw, Outputs
+from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.gait.limits import Limits
 from amble.gait.validation import check_feedback, check_gait, check_trajectory
 from amble.hybrid import GaitPattern
@@ -125,6 +126,7 @@ class Gait:
         feedback: the stabilised outputs, where ``amble.stabilize`` has run.
         versions: package name -> version that wrote the gait.
         multipliers: the solver's, where it left any.
+        cost: what the gait problem minimised.
     """
 
     pattern: GaitPattern
@@ -138,6 +140,7 @@ class Gait:
     feedback: Feedback | None
     versions: Mapping[str, str]
     multipliers: LagrangeMultipliers | None = None
+    cost: Cost = TORQUE_SQUARED
 
     def __post_init__(self) -> None:
         """Check that the parts fit robot, pattern and each other, and the texts that the records inside do not."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from amble.hybrid.contact import POINT, Contact
 from amble.hybrid.ground import FLAT, Ground
 from amble.hybrid.pattern import GaitPattern, gait_pattern
+from amble.io.registry import Lookup
 from amble.robot import Robot
 
 
@@ -20,5 +23,8 @@ def trot(robot: Robot, ground: Ground = FLAT, contact: Contact = POINT) -> GaitP
     return gait_pattern(robot, table, mirrored=True, name="trot", ground=ground, contact=contact)
 
 
-GAITS = {"amble": amble, "trot": trot}
-"""The gaits that a specification can name."""
+GAITS: Lookup[Callable[[Robot, Ground, Contact], GaitPattern]] = Lookup("gait")
+"""The gaits that a specification can name: from a robot, its ground and its contact to the pattern."""
+
+GAITS.register("amble", amble)
+GAITS.register("trot", trot)

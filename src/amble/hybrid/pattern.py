@@ -29,8 +29,9 @@ class Stance:
 class Switch:
     """What happens between two stances: feet that land (plastic impact) and feet that lift.
 
-    With a landing foot the guard is the gap of the first landing foot above the ground; without one it is the normal
-    force of the first lifting foot, and the reset is the identity (paper, section 2.4).
+    With a landing foot the guard is the gap of the first landing foot above the ground. Without one it is the mean
+    normal force of the lifting feet less the smallest that a stance foot may have, so that they leave by one common
+    event, and the reset is the identity (paper, section 2.4).
     """
 
     source: Stance
@@ -42,6 +43,11 @@ class Switch:
     def name(self) -> str:
         """Source and target."""
         return f"{self.source.name}->{self.target.name}"
+
+    @property
+    def leaving(self) -> tuple[str, ...]:
+        """Feet that leave the ground by their force: those that lift where none lands."""
+        return () if self.landing else self.lifting
 
 
 @dataclass(frozen=True, kw_only=True)

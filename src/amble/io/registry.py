@@ -1,9 +1,13 @@
-"""Kinds of things by name: what a file holds of one is its name and its parameters, and others may add kinds."""
+"""What is open from outside: names under which others register what amble did not know.
+
+``Lookup`` holds things by name: readers, gaits, solvers. A ``Registry`` holds what builds a thing from its parameters,
+and so is the codec of files: what they hold of the thing is its name and its parameters.
+"""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Generic, Protocol, TypeVar
 
 from amble.errors import InputError, UnknownNameError
@@ -29,36 +33,61 @@ class Named(Protocol):
 
 
 T = TypeVar("T", bound=Named)
+Entry = TypeVar("Entry")
 
 
-class Registry(Codec, Generic[T]):
-    """Name -> what builds the thing from its parameters, given by keyword; open to everyone, and the codec of files.
+class Lookup(Generic[Entry]):
+    """Name -> entry, open to everyone.
 
     Attributes:
-        kind: what the things are called in messages.
+        kind: what the entries are called in messages.
     """
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
-        self._builders: dict[str, Callable[..., T]] = {}
+        self._entries: dict[str, Entry] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The known names."""
-        return tuple(self._builders)
+        """The known names, as they were registered."""
+        return tuple(self._entries)
 
-    def register(self, name: str, builder: Callable[..., T]) -> None:
-        """Add a kind; from then on files and specifications can name it.
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """What is registered, in the order of the names."""
+        return tuple(self._entries.values())
 
-        Args:
-            name: the ``name`` of what the builder builds.
-            builder: a class or function that takes the ``parameters`` by keyword.
+    def register(self, name: str, entry: Entry) -> None:
+        """Add an entry; from then on it can be named.
 
         Raises:
-            InputError: another builder has the name.
+            InputError: another entry has the name.
         """
-        if self._builders.setdefault(name, builder) is not builder:
+        known = self._entries.setdefault(name, entry)
+        if known is not entry and known != entry:
             raise InputError(f"there is another {self.kind} of the name '{name}'")
+
+    def __getitem__(self, name: str) -> Entry:
+        """Return what has a name.
+
+        Raises:
+            UnknownNameError: nothing has; the message lists the known names.
+        """
+        if name not in self._entries:
+            raise UnknownNameError(self.kind, name, self._entries)
+        return self._entries[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Whether a name is known."""
+        return name in self._entries
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names."""
+        return iter(self._entries)
+
+
+class Registry(Lookup[Callable[..., T]], Codec, Generic[T]):
+    """Name -> what builds the thing from its parameters, given by keyword: a class or a function."""
 
     def build(self, name: str, parameters: Mapping[str, Any]) -> T:
         """Rebuild a thing from its name and parameters.
@@ -67,9 +96,8 @@ class Registry(Codec, Generic[T]):
             UnknownNameError: there is no such kind, or it has no such parameter.
             InputError: a parameter is missing or not one that the kind takes.
         """
-        if name not in self._builders:
-            raise UnknownNameError(self.kind, name, self._builders)
-        fields = inspect.signature(self._builders[name]).parameters
+        builder = self[name]
+        fields = inspect.signature(builder).parameters
         for key in parameters:
             if key not in fields:
                 raise UnknownNameError(f"parameter of {self.kind} '{name}'", key, fields)
@@ -79,7 +107,7 @@ class Registry(Codec, Generic[T]):
         units = self._units(name)
         plain = {key: _plain(value, key in units) for key, value in parameters.items()}
         try:
-            return self._builders[name](**plain)
+            return builder(**plain)
         except (TypeError, ValueError) as error:
             raise InputError(f"parameters of {self.kind} '{name}' do not fit: {error}") from None
 
@@ -89,7 +117,7 @@ class Registry(Codec, Generic[T]):
         Raises:
             InputError: they would not rebuild the thing.
         """
-        if value.name not in self._builders or self.build(value.name, value.parameters) != value:
+        if value.name not in self._entries or self.build(value.name, value.parameters) != value:
             raise InputError(
                 f"{place}: {self.kind} '{value.name}' cannot be written to a file: register a class that its name and "
                 "parameters rebuild"
@@ -106,7 +134,7 @@ class Registry(Codec, Generic[T]):
     def decode(self, entry: Any, place: str) -> T:
         """Read a thing; it refuses parameters that are not its own."""
         fields = expect_keys(entry, place, ("name", "parameters"))
-        name = NameIn(self.kind, self._builders).decode(fields["name"], place)
+        name = NameIn(self.kind, self._entries).decode(fields["name"], place)
         units, parameters = self._units(name), fields["parameters"]
         if not isinstance(parameters, dict):
             raise InputError(f"{place}, parameters is not an object")
@@ -117,7 +145,7 @@ class Registry(Codec, Generic[T]):
         return self.build(name, found)
 
     def _units(self, name: str) -> Mapping[str, str]:
-        units: Mapping[str, str] = getattr(self._builders[name], "units", {})
+        units: Mapping[str, str] = getattr(self._entries[name], "units", {})
         return units
 
 

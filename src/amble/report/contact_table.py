@@ -13,6 +13,7 @@ def contact_summary(report: ContactReport) -> Table:
         ("largest friction used, |f_t| / f_n", number(report.max_friction)),
         ("largest penetration of a swing foot (m)", number(report.max_penetration)),
         ("largest drift of a stance foot (m)", number(report.max_drift)),
+        ("largest distance of a landing foot from the ground (m)", number(report.max_landing_gap)),
         ("largest speed of a stance foot (m/s)", number(report.max_slip)),
         ("smallest pivot of the decoupling equations", number(report.min_pivot)),
         ("samples in which a stance foot does not push", str(report.pulls)),

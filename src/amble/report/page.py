@@ -40,8 +40,8 @@ class Page:
     versions: Mapping[str, str]
 
 
-def solver_table(report: SolverReport) -> Table:
-    """How the gait was found, as a table."""
+def solver_table(report: SolverReport, unit: str) -> Table:
+    """How the gait was found, as a table; the objective has the unit of the gait's cost."""
     rows = (
         ("solver", report.solver),
         ("status", report.status),
@@ -50,7 +50,7 @@ def solver_table(report: SolverReport) -> Table:
         ("variables", str(report.variables)),
         ("constraints", str(report.constraints)),
         ("largest violation", number(report.violation, 3)),
-        ("objective (N m)²", number(report.objective)),
+        (f"objective ({unit})", number(report.objective)),
     )
     return Table("Gait optimisation", ("what", "value"), rows)
 

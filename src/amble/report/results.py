@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from amble.analysis import Comparison, ContactReport
-from amble.errors import InputError, WorkError, shown
+from amble.errors import InputError, WorkError, printable
 from amble.gait import SolverReport
 from amble.io.codec import TEXT, ByName
 from amble.io.quantities import Bare
@@ -53,6 +53,7 @@ def contact_results(report: ContactReport) -> Json:
         "max_friction": finite_or_none(report.max_friction),
         "max_penetration": report.max_penetration,
         "max_drift": report.max_drift,
+        "max_landing_gap": report.max_landing_gap,
         "max_slip": report.max_slip,
         "min_pivot": report.min_pivot,
         "pulling_samples": report.pulls,
@@ -63,6 +64,7 @@ def contact_results(report: ContactReport) -> Json:
             "max_friction": finite_or_none(float(report.frictions[-1])),
             "max_penetration": float(report.penetrations[-1]),
             "max_drift": float(report.drifts[-1]),
+            "max_landing_gap": float(report.landing_gaps[-1]),
         },
         "violations": {
             worst.name: {
@@ -109,8 +111,8 @@ def read_results(path: str | Path) -> Json:
     tree = read_json(path, "results file")
     if tree.get("format") != FORMAT or tree.get("format_version") != FORMAT_VERSION:
         raise InputError(
-            f"results file '{shown(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it the "
-            "report is written without what it says of stability, settings and times"
+            f"results file '{printable(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it "
+            "the report is written without what it says of stability, settings and times"
         )
     return tree
 

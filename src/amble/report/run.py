@@ -213,7 +213,7 @@ def write_run(folder: str | Path, run: RunReport) -> tuple[Path, ...]:
             *(() if run.stability is None else (stability_table(run.stability.results),)),
             contact_summary(run.contact),
             contact_rows(run.contact),
-            solver_table(run.gait.solver),
+            solver_table(run.gait.solver, run.gait.cost.unit),
             *run.tables,
         ),
         figures=tuple(figures),

@@ -1,4 +1,4 @@
-"""From a URDF file to a `Robot`: find the base, merge fixed joints, check what a dynamics needs."""
+"""From a robot file to a `Robot`: find the base, merge fixed joints, check what a dynamics needs."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from amble.errors import InputError, UnknownNameError, listed, printable, shown
 from amble.robot.model import Foot, Joint, Link, Robot
+from amble.robot.readers import FileJoint, FileLink, FileRobot, read_robot
 from amble.robot.rotation import skew, snap
-from amble.robot.urdf import FileJoint, FileLink, FileRobot, read_urdf
 from amble.types import Matrix, Vector, frozen
 
 logger = logging.getLogger("amble")
@@ -37,27 +37,31 @@ def load_robot(
     name: str | None = None,
     twins: Iterable[tuple[str, str]] | None = None,
     symmetry_tolerance: float = 1e-9,
+    format: str | None = None,
 ) -> Robot:
-    """Load a floating-base robot from a URDF file; no mesh file is opened, and what is not used is logged.
+    """Load a floating-base robot from a file of a format in ``READERS``; URDF at first.
+
+    No mesh file is opened, and what is not used is logged.
 
     Links that hang on fixed joints are merged into the moving link that carries them. The base is the root link;
     a massless root may carry it through a fixed joint, and a floating joint marks its child as the base.
 
     Args:
-        path: the URDF file.
+        path: the file.
         feet: label -> name of the link or joint of the file whose frame is the point foot. Which foot is front left
             is the caller's knowledge and never guessed.
         gravity: m/s^2.
         name: what to call the robot; the file's own name where not given.
         twins: pairs of labels that mirror each other left to right; where not given, fl with fr and rl with rr.
         symmetry_tolerance: largest relative asymmetry that ``Robot.mirror`` accepts.
+        format: name of the file's format; by default the suffix of its name.
 
     Raises:
-        UnknownNameError: a foot or a twin that does not exist.
+        UnknownNameError: a foot or a twin that does not exist, or a format without a reader.
         InputError: anything else that cannot be used, in one sentence.
     """
     path = Path(path)
-    file = read_urdf(path)
+    file = read_robot(path, format)
     if not np.isfinite(gravity):
         raise InputError(f"gravity is {gravity}, not a finite number")
     root = _find_root(file, path)

@@ -9,14 +9,13 @@ from __future__ import annotations
 import codecs
 import math
 import re
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
-from amble.errors import InputError, shown
+from amble.errors import InputError, printable, shown
 from amble.io.reader import parse_number, read_bytes
 from amble.names import check_name
 from amble.robot.model import LARGEST_NUMBER
@@ -82,17 +81,11 @@ def read_urdf(path: Path) -> FileRobot:
     root = _parse(path)
     links = tuple(_link(element, path) for element in root.findall("link"))
     joints = tuple(_joint(element, path) for element in root.findall("joint"))
-    for kind, names in (("link", [link.name for link in links]), ("joint", [joint.name for joint in joints])):
-        twice = sorted(name for name, count in Counter(names).items() if count > 1)
-        if twice:
-            raise InputError(f"{path.name}: {kind} '{twice[0]}' is defined more than once")
-    if not links:
-        raise InputError(f"{path.name}: the robot has no link")
     return FileRobot(root.get("name") or path.stem, links, joints, _unused(root, path))
 
 
 def _parse(path: Path) -> ElementTree.Element:
-    name = f"robot file '{shown(str(path))}'"
+    name = f"robot file '{printable(str(path))}'"
     text = _decoded(read_bytes(path, "robot file", LARGEST), name)
     try:
         root = ElementTree.fromstring(text)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError, shown
+from amble.errors import InputError, UnknownNameError, printable, shown
 from amble.io.codec import TEXT, ListOf
 from amble.io.reader import parse_json
 from amble.io.storage import replacing
@@ -80,7 +80,7 @@ def load_trace(path: str | Path) -> Trace:
         InputError: in one sentence, where the file is missing, truncated, not a trace, or has numbers that are not
             finite, or not in range, where a trace has none.
     """
-    name = f"trace file '{shown(str(path))}'"
+    name = f"trace file '{printable(str(path))}'"
     variables, attributes = read_netcdf(path, "trace file", AXES, SIGNAL, ATTRIBUTES)
     if attributes.get("format") != FORMAT or attributes.get("format_version") != FORMAT_VERSION:
         raise InputError(f"{name} is not an {FORMAT} of version {FORMAT_VERSION}")
@@ -169,7 +169,7 @@ def _check_numbers(trace: Trace, name: str) -> None:
     if not np.all((trace.domain >= 0) & (trace.domain < len(trace.domains))):
         raise InputError(f"{name} names a domain that is not one of its {len(trace.domains)}")
     last = int(trace.cycle.max())
-    fits = np.all(trace.cycle >= 0) and 0 <= trace.cycles <= last + 1 and (trace.events or not trace.cycles)
+    fits = np.all(trace.cycle >= 0) and 0 <= trace.cycles <= last + 1
     if not fits:
         raise InputError(f"{name} states {trace.cycles} cycles, which its samples do not have")
 

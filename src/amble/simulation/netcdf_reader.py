@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from amble.errors import InputError, shown
+from amble.errors import InputError, printable
 from amble.io.reader import opened
 from amble.simulation.netcdf import Variable
 
@@ -50,7 +50,7 @@ def read_netcdf(
     Raises:
         InputError: in one sentence, where the file cannot be read, is no netCDF-4 file, is damaged or too large.
     """
-    name = f"{what} '{shown(str(path))}'"
+    name = f"{what} '{printable(str(path))}'"
     worker = str(Path(__file__).with_name("netcdf_worker.py"))
     with opened(path, what, LARGEST) as (stream, size):
         seconds = SECONDS + size // BYTES_A_SECOND

@@ -10,16 +10,17 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.motion_equations import SMALLEST_PIVOT
-from amble.defaults import CYCLES, TOLERANCE
+from amble.defaults import CYCLES, ENGINE, TOLERANCE
 from amble.errors import InputError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
+from amble.gait.control_law import ControlLaw
 from amble.hybrid import HybridSystem
 from amble.progress import Progress
 from amble.simulation.bound import bind
 from amble.simulation.perturbation import perturbed
 from amble.simulation.trace import Trace
-from amble.simulation.walk import walk
+from amble.simulation.walk import ENGINES, Engine
 from amble.types import IntegerVector, NodeValues, Vector
 
 Loop = Callable[[Gait, AllocationLaw | None], HybridSystem]
@@ -39,7 +40,9 @@ def simulate(
     *,
     perturbation: float = 0.0,
     seed: int = 0,
+    engine: str = ENGINE,
     law: AllocationLaw | None = None,
+    control: ControlLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
     max_step: float | None = None,
@@ -57,6 +60,7 @@ def simulate(
     *,
     perturbation: float = 0.0,
     seed: int = 0,
+    engine: str = ENGINE,
     progress: Progress | None = None,
     max_step: float | None = None,
 ) -> Trace: ...
@@ -72,7 +76,9 @@ def simulate(
     *,
     perturbation: float = 0.0,
     seed: int = 0,
+    engine: str = ENGINE,
     law: AllocationLaw | None = None,
+    control: ControlLaw | None = None,
     loop: Loop | None = None,
     progress: Progress | None = None,
     max_step: float | None = None,
@@ -93,7 +99,9 @@ def simulate(
         time_limit: the longest that one domain may last, s.
         perturbation: change of every start state, up or down at random, in its own unit.
         seed: seed of the change.
+        engine: name of what moves the system, see ``ENGINES``.
         law: of a gait, another allocation law than its own.
+        control: of a gait, another feedback law than its own.
         loop: of a gait, what closes its loop; by default ``amble.closed_loop``, else such as ``amble.exported_loop``.
         progress: called after every cycle.
         max_step: the longest time between two looks at the guards, s; a thousandth of ``time_limit`` by default. No
@@ -101,28 +109,32 @@ def simulate(
             shorter ones are found too, and with ``Transition.slope_bound`` all.
 
     Raises:
+        UnknownNameError: there is no engine of that name.
         InputError: a system without a start or with a law, a start of another size or that is not finite, numbers
             outside their range.
         WorkError: the decoupling equations of a gait lose rank although the motion goes on; the torques mean nothing
             there.
     """
     if isinstance(subject, Gait):
-        system = (loop or closed_loop)(subject, law)
+        if loop is not None and control is not None:
+            raise InputError("a loop of one's own has its own control law")
+        system = closed_loop(subject, law, control=control) if loop is None else loop(subject, law)
         begin = start_state(subject) if start is None else start
     elif start is None:
         raise InputError("a hybrid system is simulated from a start; only a gait has one of its own")
-    elif law is not None or loop is not None:
-        raise InputError("only a gait takes another allocation law or another closed loop")
+    elif law is not None or loop is not None or control is not None:
+        raise InputError("only a gait takes another allocation law, control law or closed loop")
     else:
         system, begin = subject, start
     begin = perturbed(np.asarray(begin, dtype=np.float64).reshape(-1), perturbation, seed)
-    trace = _recorded(system, begin, cycles, tolerance, samples, time_limit, progress, max_step)
+    trace = _recorded(ENGINES[engine], system, begin, cycles, tolerance, samples, time_limit, progress, max_step)
     if isinstance(subject, Gait) and trace.completed:
         _require_rank(trace)
     return trace
 
 
 def _recorded(
+    move: Engine,
     system: HybridSystem,
     start: Vector,
     cycles: int,
@@ -133,7 +145,7 @@ def _recorded(
     max_step: float | None,
 ) -> Trace:
     began = time.perf_counter()
-    solution = walk(system, start, cycles, tolerance, samples, time_limit, progress, max_step)
+    solution = move(system, start, cycles, tolerance, samples, time_limit, progress, max_step)
     lengths = [part.arc.clock.size for part in solution.arcs]
     clock = np.concatenate([part.arc.clock for part in solution.arcs])
     state = np.concatenate([part.arc.state for part in solution.arcs])

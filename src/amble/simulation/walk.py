@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from amble.errors import InputError
 from amble.hybrid import HybridSystem
+from amble.io.registry import Lookup
 from amble.progress import Progress, ProgressReport
 from amble.simulation.ending import endless, explained
 from amble.simulation.flow import LOOKS_IN_TIME_LIMIT, RESOLUTION, Arc, Flow
@@ -49,8 +52,12 @@ def walk(
     time_limit: float,
     progress: Progress | None = None,
     max_step: float | None = None,
+    prepare: Callable[[HybridSystem, str], Flow] = prepare,
 ) -> HybridArc:
-    """Move through the domains of a system; arguments and errors are those of ``simulate``."""
+    """Move through the domains of a system; arguments and errors are those of ``simulate``.
+
+    ``prepare`` gives the flow through a domain of a system by its name.
+    """
     entry = np.array(start, dtype=np.float64).reshape(-1)
     longest = longest_look(time_limit, max_step)
     _check(system, entry, cycles, tolerance, samples)
@@ -87,6 +94,29 @@ def walk(
             if progress is not None:
                 progress(ProgressReport(what="cycle", done=done, of=cycles))
     return HybridArc(tuple(arcs), tuple(events), done, ended)
+
+
+class Engine(Protocol):
+    """What moves a hybrid system; a function such as ``walk``."""
+
+    def __call__(
+        self,
+        system: HybridSystem,
+        start: Vector,
+        cycles: int,
+        tolerance: float,
+        samples: int,
+        time_limit: float,
+        progress: Progress | None,
+        max_step: float | None,
+    ) -> HybridArc:
+        """Move from the entry of the first domain for a number of cycles; arguments are those of ``simulate``."""
+
+
+ENGINES: Lookup[Engine] = Lookup("engine")
+"""The engines that ``simulate`` and the command line can name."""
+
+ENGINES.register("native", walk)
 
 
 def longest_look(time_limit: float, max_step: float | None) -> float:

@@ -20,6 +20,7 @@ from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
 from amble.stability.differences import Differences, difference_check
+from amble.stability.disturbance import Disturbance
 from amble.stability.group import closest_shift
 from amble.stability.leading_mode import LeadingMode, leading_mode
 from amble.stability.monodromy import prepare_variational
@@ -61,6 +62,7 @@ class Certificate:
         cycles: of the orbit.
         invariants: values of the conserved quantities, by name; the orbit is stable among motions with these values,
             and nothing is said of others.
+        disturbance: of a gait, how far disturbances grow and from which size of them it comes back.
     """
 
     state: Vector
@@ -78,11 +80,17 @@ class Certificate:
     conditions: tuple[Residual, ...] = ()
     cycles: int = 1
     invariants: Mapping[str, float] = field(default_factory=dict)
+    disturbance: Disturbance | None = None
 
     @property
     def radius(self) -> float:
         """Spectral radius of the cycle."""
         return self.spectrum.radius
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What does not refuse the certificate but has to be known, in sentences."""
+        return () if self.disturbance is None else self.disturbance.warnings
 
     def rows(self) -> tuple[Residual, ...]:
         """Return everything that must hold as rows."""
@@ -131,7 +139,12 @@ class Certificate:
             "cycles": self.cycles,
             "contraction": None
             if self.mode is None
-            else {"measured": self.mode.rate, "predicted": self.mode.predicted, "cycles": self.mode.cycles},
+            else {
+                "measured": self.mode.rate,
+                "predicted": self.mode.predicted,
+                "cycles": self.mode.cycles,
+                "multipliers": self.mode.modes,
+            },
             "conditions": [row_to_dict(row) for row in self.rows()],
             "period_s": self.period,
             "fixed_point": dict(zip(self.state_names, map(float, self.state), strict=True)),
@@ -145,6 +158,8 @@ class Certificate:
             "return_map": self.spectrum.matrix.tolist(),
             "basis": self.spectrum.basis.tolist(),
             "contraction_bound": None if self.bound is None else self.bound.to_dict(),
+            "disturbance": None if self.disturbance is None else self.disturbance.to_dict(),
+            "warnings": list(self.warnings),
         }
 
 

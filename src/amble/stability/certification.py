@@ -12,6 +12,7 @@ from amble.hybrid import HybridSystem
 from amble.progress import Progress
 from amble.residual import Residual
 from amble.stability.certificate import TOLERANCES, Certificate, assess
+from amble.stability.disturbance import disturb
 from amble.stability.gait_certificate import certified_orbit
 from amble.stability.poincare import TIME_LIMIT
 from amble.types import Vector
@@ -61,6 +62,7 @@ def certify(
     Of a gait it is the orbit of its closed loop over a full cycle, and everything is computed again from the gait.
     Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
     the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground.
+    A certified gait is disturbed (``Certificate.disturbance``); what that shows is told, and refuses nothing.
 
     Args:
         subject: a gait; or a system, whose guard that is zero at the entry of the first domain needs
@@ -102,4 +104,7 @@ def certify(
     rows = certificate.rows()
     if any(row.violation > 0 for row in rows):
         raise CertificateError(rows)
-    return certificate
+    if not isinstance(subject, Gait):
+        return certificate
+    disturbance = disturb(subject, system, state, certificate.spectrum, progress, time_limit, max_step)
+    return replace(certificate, disturbance=disturbance)

@@ -12,12 +12,13 @@ from amble.gait.limits import sensible_rows
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
+from amble.robot.natural_units import velocity_unit
 from amble.robot.physical import physical_rows
 from amble.simulation import Trace
 from amble.stability.certificate import Certificate, finite, row_to_dict
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import section_distances
-from amble.stability.orbit_conditions import RECORD, orbit_conditions
+from amble.stability.orbit_conditions import GROUND, LANDING, RECORD, orbit_conditions
 from amble.stability.spectrum import Spectrum, multipliers
 from amble.types import Json, Vector
 from amble.verification.check import record_findings
@@ -81,14 +82,47 @@ def held_against(gait: Gait) -> Json:
 
     Torques are not conditions of the certificate; their limits are there because a reader takes them for kept.
     """
-    limits = gait.limits
+    limits, robot = gait.limits, gait.robot
     return {
         "friction": gait.pattern.ground.friction,
         "normal_force_N": 0.0,
-        "gravity_m_s2": gait.robot.gravity,
+        "gravity_m_s2": robot.gravity,
+        "ground_m": GROUND * robot.leg_length,
+        "touchdown_velocity_m_s": -LANDING * velocity_unit(robot),
+        "speed_m_s": [gait.speed - RECORD * velocity_unit(robot), gait.speed + RECORD * velocity_unit(robot)],
+        "record_relative": RECORD,
         "torque_limits_N_m": {joint: finite(value) for joint, value in limits.torques.items()},
         "absurd": [row.name.removeprefix("sensible ") for row in _sensible(gait) if row.violation > 0.0],
     }
+
+
+def does_not_say(gait: Gait) -> tuple[str, ...]:
+    """Return what a reader may not take from a certificate of the gait."""
+    torques = gait.limits.torques.values()
+    range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
+    together = [switch.name for switch in gait.pattern.all_switches if len(switch.landing) > 1]
+    orders = f"the feet of one switch landing at different times ({', '.join(together)})"
+    return (
+        f"torque limits ({range_of}) or limits of speeds and positions, which `amble check` and `amble simulate` see",
+        "disturbances larger than those walked, or others: a few starts are no proof of a basin",
+        *([orders] if together else []),
+        "uneven ground, less friction, another mass, noise, delay, sampling",
+        "a proven error: the error bar of the radius is an estimate",
+    )
+
+
+def bounds_sentences(gait: Gait) -> tuple[str, str]:
+    """Say in one sentence what a gait is held against, absurd bounds marked, and in one what that leaves open."""
+    held = held_against(gait)
+    absurd = f"; ABSURD: {', '.join(held['absurd'])}" if held["absurd"] else ""
+    low, high = held["speed_m_s"]
+    return (
+        f"held against: friction {held['friction']:g}, normal forces above 0, gravity {held['gravity_m_s2']:g} m/s^2, "
+        f"feet on the ground within {1e3 * held['ground_m']:.2g} mm, landing feet coming down faster than "
+        f"{-1e3 * held['touchdown_velocity_m_s']:.2g} mm/s, speed {low:.4g} to {high:.4g} m/s, the recorded motion "
+        f"within {RECORD:g} of its size{absurd}",
+        f"it does not say: {'; '.join(does_not_say(gait))}",
+    )
 
 
 def initial_spectrum(gait: Gait) -> Spectrum:
@@ -137,4 +171,5 @@ def _header(certified: bool, gait: Gait) -> Json:
         "certified": certified,
         "gait": identity(gait),
         "held_against": held_against(gait),
+        "does_not_say": list(does_not_say(gait)),
     }

@@ -14,6 +14,7 @@ from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.hybrid import HybridSystem
 from amble.residual import Residual
+from amble.robot.natural_units import natural_units, velocity_unit
 from amble.simulation import Trace, simulate
 from amble.types import Vector
 
@@ -44,28 +45,30 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
     trace = simulate(system, state, 1, TOLERANCE)
     if not trace.completed:
         return (Residual(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
-    bounds = replace(ContactBounds.of_gait(gait), torques={}, speeds={})
+    margin = GROUND * gait.robot.leg_length
+    bounds = replace(
+        ContactBounds.of_gait(gait, penetration=margin, drift=margin, touchdown=margin), torques={}, speeds={}
+    )
     return (
         *_entry_rows(gait, state),
         *_duration_rows(gait, trace),
         _speed_row(gait, trace),
-        *_ground_rows(gait, trace),
+        *_ground_rows(gait, trace, margin),
+        *_lift_off_rows(gait, trace),
         *contact_report(trace, gait.pattern, bounds).rows,
     )
 
 
 def _entry_rows(gait: Gait, state: Vector) -> list[Residual]:
-    """The recorded entry, and the start of the feedback, less the fixed point; rates divided by 1 + the largest."""
-    first, size = gait.domains[0], gait.robot.size
-    names = gait.robot.coordinate_names
-    scale = np.ones(2 * size)
-    scale[size:] += np.max(np.abs(state[size:]))
+    """The recorded entry, and the start of the feedback, less the fixed point; lengths in l, time in sqrt(l / g)."""
+    first, names = gait.domains[0], gait.robot.coordinate_names
+    units = natural_units(gait.robot, gait.robot.leg_length)
     starts = {"recorded entry": np.concatenate([first.positions[0], first.velocities[0]])}
     if gait.feedback is not None:
         starts["start of the feedback"] = start_state(gait)
     rows = []
     for what, start in starts.items():
-        missed = (start - state) / scale
+        missed = (start - state) / units
         labels = [*names, *(f"rate of {name}" for name in names)]
         rows += [
             Residual(f"{what} less the fixed point, {label}", -RECORD, float(value), RECORD)
@@ -94,19 +97,19 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Residual]:
 
 
 def _speed_row(gait: Gait, trace: Trace) -> Residual:
-    margin = RECORD * _velocity(gait)
+    margin = RECORD * velocity_unit(gait.robot)
     walked = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
     return Residual("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
 
 
-def _ground_rows(gait: Gait, trace: Trace) -> list[Residual]:
-    """Stance feet on the ground from entry to end, neither above nor below; landing feet coming down onto it."""
+def _ground_rows(gait: Gait, trace: Trace, margin: float) -> list[Residual]:
+    """Stance feet on the ground from entry to end, neither above nor below; landing feet coming down."""
     feet, pattern = gait.robot.foot_names, gait.pattern
     points = trace.signals["foot"].reshape(len(trace.time), len(feet), -1)
     velocities = trace.signals["foot_velocity"].reshape(points.shape)
     gap = pattern.ground.gap(points)
     rate = np.sum(velocities * pattern.ground.normal(points), axis=-1)
-    margin, slowest = GROUND * gait.robot.leg_length, LANDING * _velocity(gait)
+    slowest = LANDING * velocity_unit(gait.robot)
     rows = []
     for number, switch in enumerate(pattern.all_switches):
         inside = np.flatnonzero(trace.domain == number)
@@ -117,11 +120,21 @@ def _ground_rows(gait: Gait, trace: Trace) -> list[Residual]:
         for foot in switch.landing:
             end = inside[-1], feet.index(foot)
             name = f"{switch.name} {foot} touchdown velocity along the normal"
-            rows.append(Residual(f"{switch.name} {foot} height at touchdown", -margin, float(gap[end]), margin))
             rows.append(Residual(name, -np.inf, float(rate[end]), -slowest))
     return rows
 
 
-def _velocity(gait: Gait) -> float:
-    """sqrt(g l), m/s."""
-    return float(np.sqrt(abs(gait.robot.gravity) * gait.robot.leg_length))
+def _lift_off_rows(gait: Gait, trace: Trace) -> list[Residual]:
+    """Feet that leave by force do so at the smallest normal force, each of them."""
+    pattern, feet, count = gait.pattern, gait.robot.foot_names, len(trace.time)
+    forces = trace.signals["force"].reshape(count, len(feet), -1)
+    frames = pattern.ground.frame(trace.signals["foot"].reshape(count, len(feet), -1))
+    normal = pattern.contact.normal_force(pattern.contact.local(forces, frames))
+    least, margin = gait.limits.normal_force, RECORD * gait.robot.mass * gait.robot.gravity
+    rows = []
+    for number, switch in enumerate(pattern.all_switches):
+        end = np.flatnonzero(trace.domain == number)[-1]
+        for foot in switch.leaving:
+            value = float(normal[end, feet.index(foot)])
+            rows.append(Residual(f"{switch.name} {foot} lift-off force", least - margin, value, least + margin))
+    return rows

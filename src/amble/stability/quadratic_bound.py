@@ -7,7 +7,7 @@ no eigenvalue of the symmetric M is below d - |R|; what rounding leaves uncertai
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,7 +30,9 @@ class QuadraticBound:
         rate: r, below 1.
         metric: W, (m, m), in the coordinates of A.
         definite: a lower bound of the least eigenvalue of W.
-        decrease: a lower bound of the least eigenvalue of r^2 W - A^T W A; rounding is taken off in both.
+        decrease: a lower bound of the least eigenvalue of r^2 W - A^T W A; rounding is taken off in both. Of
+            ``quadratic_bound`` both are those in balanced coordinates: the sign is the same, and states of very
+            different size leave no digit of it otherwise.
     """
 
     rate: float
@@ -75,7 +77,9 @@ def _balanced_bound(matrix: Matrix, shape: Matrix) -> QuadraticBound:
     balanced = matrix * scales / scales[:, None]
     trace = max(TRACE, 2.0 * float(np.trace(accumulated(balanced))))  # at s = 1 the trace is below it, so r < 1
     found = smoothed_radius(balanced, trace)
-    return verified_bound(matrix, found.value, found.metric / np.outer(scales, scales))
+    # the scales are powers of two, so that this is the same inequality to the last bit, with less to cancel
+    bound = verified_bound(balanced, found.value, found.metric)
+    return replace(bound, metric=frozen(found.metric / np.outer(scales, scales)))
 
 
 def verified_bound(matrix: Matrix, rate: float, metric: Matrix) -> QuadraticBound:

@@ -13,6 +13,7 @@ from amble.errors import UnknownNameError, WorkError
 from amble.gait import Feedback, Gait
 from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import HybridSystem
+from amble.robot.natural_units import natural_units
 from amble.stability.bilinear import TRACE
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedback
 from amble.stability.fixed_point import FixedPoint
@@ -131,22 +132,14 @@ class WeightSearch:
         return {name: float(np.linalg.norm(slope[columns == place])) for place, name in enumerate(names)}
 
 
-def natural_units(gait: Gait, height: float) -> Vector:
-    """Return the unit of every state of a robot: lengths by the base's height l, time by sqrt(l / g), (2 n_q,)."""
-    rate = np.sqrt(gait.robot.gravity / height)
-    positions = np.ones(gait.robot.size)
-    positions[:3] = height
-    return np.concatenate([positions, rate * positions])
-
-
 def _sampled(gait: Gait, system: HybridSystem, found: FixedPoint) -> Orbit:
     durations = dict(zip((d.name for d in system.domains), found.monodromy.durations, strict=True))
-    return sample_orbit(system, found.state, _loops(gait), durations, natural_units(gait, float(found.state[2])))
+    return sample_orbit(system, found.state, _loops(gait), durations, natural_units(gait.robot, float(found.state[2])))
 
 
 def _loops(gait: Gait) -> dict[str, StanceLoop]:
     counts = [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved]
-    loops = stance_loops(gait.pattern, gait.law, counts, REFERENCE_ORDER, gait.outputs.phase)
+    loops = stance_loops(gait.pattern, gait.law, counts, REFERENCE_ORDER, gait.outputs.phase, gait.limits.normal_force)
     return dict(zip((stance.name for stance in gait.pattern.solved), loops, strict=True))
 
 

@@ -58,6 +58,5 @@ def _bound_domain(
         return  # the normal force is no variable there
     for foot in contacts.feet:
         lower[domain.force[:, contacts.normal_index(foot)]] = limits.normal_force
-    if domain.switch.lifting and not domain.switch.landing:
-        normal = contacts.normal_index(domain.switch.lifting[0])
-        lower[domain.force[-1, normal]] = upper[domain.force[-1, normal]] = 0.0
+    for foot in domain.switch.leaving:
+        upper[domain.force[-1, contacts.normal_index(foot)]] = limits.normal_force

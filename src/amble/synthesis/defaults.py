@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import isfinite, sqrt
 
 from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
-from amble.errors import InputError, UnknownNameError
+from amble.errors import InputError
 from amble.gait import Limits
-from amble.gait.limits import Interval
-from amble.hybrid import FLAT, GaitPattern, Ground
+from amble.gait.cost import TORQUE_SQUARED, Cost
+from amble.gait.limits import SLOWEST_LANDING, Interval
+from amble.hybrid import FLAT, POINT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue
 from amble.robot.catalogue import GaitBounds, Posture
@@ -27,12 +28,13 @@ def gait_problem(
     limits: Limits | None = None,
     posture: Posture | None = None,
     intervals: int = 15,
+    cost: Cost = TORQUE_SQUARED,
 ) -> GaitProblem:
     """Pose the gait problem of a robot.
 
     Args:
         robot: the robot.
-        gait: the name of a gait (amble, trot) or a pattern of stances of the robot.
+        gait: the name of a gait (amble, trot, or one that was registered) or a pattern of stances of the robot.
         speed: mean forward velocity, m/s.
         ground: what a gait given by name walks on; level, with a friction of 0.6, by default. A pattern has its own.
         outputs: the controlled coordinates; by default those of ``joint_outputs``.
@@ -40,6 +42,7 @@ def gait_problem(
         limits: the bounds; by default those of ``default_limits``.
         posture: where the solver starts; by default that of the catalogue, else ``standing_posture``.
         intervals: collocation intervals in every domain.
+        cost: what is minimised; by default the squared torques.
 
     Raises:
         UnknownNameError: there is no gait of that name, or it names feet that the robot does not have.
@@ -56,6 +59,7 @@ def gait_problem(
         limits=default_limits(pattern, stands) if limits is None else limits,
         posture=stands,
         intervals=intervals,
+        cost=cost,
     )
 
 
@@ -65,8 +69,8 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limi
     For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
     other, joint limits come from its description, and the rest follows from size and weight, with l the leg length, m
     the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), accelerations up to 9 g / l, a touchdown slower
-    than 0.15 sqrt(g l) forward, 0.05 sideways and 1 downward, normal forces from 2.4 % of m g, swing feet above 2.5 %
-    of l.
+    than 0.15 sqrt(g l) forward, 0.05 sideways and 1 downward, there faster than 0.02, normal forces from 2.4 % of m g,
+    swing feet above 2.5 % of l.
 
     Args:
         pattern: the gait pattern, with the robot.
@@ -101,9 +105,7 @@ def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> Ga
         if gait.robot != robot:
             raise InputError(f"the gait pattern '{gait.name}' is of robot '{gait.robot.name}', not of this one")
         return gait
-    if gait not in GAITS:
-        raise UnknownNameError("gait", gait, GAITS)
-    return GAITS[gait](robot, ground or FLAT)
+    return GAITS[gait](robot, ground or FLAT, POINT)
 
 
 def _known(robot: Robot) -> bool:
@@ -139,6 +141,6 @@ def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
         touchdown_velocity=(
             within(-0.15, 0.15, velocity),
             within(-0.05, 0.05, velocity),
-            within(-1.0, 0.0, velocity),
+            within(-1.0, -SLOWEST_LANDING, velocity),
         ),
     )

@@ -104,14 +104,16 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         upper += [0.0] * robot.size
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
     force = ca.SX(0, 1)
-    if switch.lifting and not switch.landing and not ground.level:
+    if switch.leaving and not ground.level:
         # on level ground the normal force is a variable, whose bounds say the same
-        contacts, foot = pattern.contacts(switch.source), switch.lifting[0]
+        contacts = pattern.contacts(switch.source)
         force = ca.SX.sym("force", contacts.size)
-        local = contacts.local(force, contacts.points(qm))[contacts.feet.index(foot)]
-        rows.append(contacts.contact.normal_force(local) / FORCE_UNIT)
-        labels += RowKind.LIFT_OFF.labels(f"lift-off force {foot} (10 N)")
-        lower, upper = [*lower, 0.0], [*upper, 0.0]
+        local = contacts.local(force, contacts.points(qm))
+        for foot in switch.leaving:
+            rows.append(contacts.contact.normal_force(local[contacts.feet.index(foot)]) / FORCE_UNIT)
+            labels += RowKind.LIFT_OFF.labels(f"lift-off force {foot} (10 N)")
+        least = [problem.limits.normal_force / FORCE_UNIT] * len(switch.leaving)
+        lower, upper = [*lower, *least], [*upper, *least]
         columns.append(domain.force[-1])
     return Block(
         name=f"switch_{identifier(domain.stance.name)}",

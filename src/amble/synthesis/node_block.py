@@ -10,6 +10,7 @@ import numpy as np
 from amble.control import Redundancy
 from amble.control.phase import DomainPhase, PhaseRates
 from amble.errors import InputError
+from amble.gait.cost import Instant
 from amble.hybrid import Contacts, selection
 from amble.names import identifier
 from amble.numerics.bezier import bezier
@@ -107,6 +108,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     lower, upper = _bounds(problem, domain, equalities, swing)
     lower = np.hstack([lower, np.full((domain.nodes, growth.shape[0]), SLOWEST)])
     upper = np.hstack([upper, np.full((domain.nodes, growth.shape[0]), np.inf)])
+    instant = Instant(contacts=contacts, positions=q, velocities=v, accelerations=a, torques=u, forces=lam, duration=T)
     variables = ca.vertcat(q, v, a, u, lam, T, ca.vec(alpha), numbers, period)
     common = np.concatenate([domain.duration, domain.coefficients, domain.phase_numbers, layout.period])
     columns = np.hstack([domain.q, domain.v, domain.a, domain.u, domain.force, np.tile(common, (domain.nodes, 1))])
@@ -118,7 +120,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
         rows=ca.vertcat(
             motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, *gaps, *tilted, growth
         ),
-        cost=weight * T / period * ca.sumsqr(u),  # mean squared torque with the scheme's own quadrature weights
+        cost=weight * T / period * problem.cost.running(instant),  # its mean, with the scheme's own quadrature weights
         labels=tuple(labels),
         columns=columns,
         values=np.column_stack([domain.phases, node_weights(HERMITE_SIMPSON, problem.intervals)]),
@@ -184,12 +186,8 @@ def _bounds(
     if tilted:
         lower[:, normal:-1] = problem.limits.normal_force / FORCE_UNIT
         lower[:, -1], upper[:, -1] = problem.limits.positions.get("z", (-np.inf, np.inf))
-    if domain.switch.lifting and not domain.switch.landing:
-        # The force of the lifting foot ends at the tip of its cone, where all rows meet.
-        place = domain.stance.feet.index(domain.switch.lifting[0])
-        lower[-1, equalities + sides * place : equalities + sides * (place + 1)] = -np.inf
-        if tilted:
-            lower[-1, normal + place] = -np.inf  # zero by a row of the switch
+    for foot in domain.switch.leaving if tilted else ():
+        lower[-1, normal + domain.stance.feet.index(foot)] = -np.inf  # a row of the switch says what it is
     return lower, upper
 
 

@@ -8,13 +8,16 @@ from dataclasses import dataclass
 from amble.control import AllocationLaw, Outputs
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Limits
+from amble.gait.cost import TORQUE_SQUARED, Cost
+from amble.gait.limits import SLOWEST_LANDING, highest_landing
 from amble.hybrid import GaitPattern
+from amble.robot import Robot
 from amble.robot.catalogue import Posture
 
 
 @dataclass(frozen=True, kw_only=True)
 class GaitProblem:
-    """Find the periodic motion that needs the smallest mean squared torque (paper, eq. 6).
+    """Find the periodic motion of the smallest mean cost, by default of the squared torques (paper, eq. 6).
 
     Attributes:
         pattern: the cyclic table of stances.
@@ -25,6 +28,7 @@ class GaitProblem:
         posture: where the solver starts: base height and joint angles.
         intervals: Hermite-Simpson intervals in every domain.
         gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
+        cost: what is minimised.
     """
 
     pattern: GaitPattern
@@ -35,6 +39,7 @@ class GaitProblem:
     posture: Posture
     intervals: int = 15
     gains: tuple[float, float] = (100.0, 20.0)
+    cost: Cost = TORQUE_SQUARED
 
     def __post_init__(self) -> None:
         """Check numbers and names."""
@@ -54,6 +59,23 @@ class GaitProblem:
                 raise InputError(f"the limits have no bounds for the duration of domain '{stance.name}'")
         _known("joint", (*limits.speeds, *limits.torques), robot.joint_names)
         _known("coordinate", limits.positions, robot.coordinate_names)
+        _comes_down(limits, robot)
+        leaving = [foot for switch in self.pattern.switches for foot in switch.leaving]
+        if leaving and not limits.normal_force > 0.0:
+            raise InputError(
+                f"foot '{leaving[0]}' leaves the ground by its force, so the smallest normal force must be above 0: "
+                "at 0 no friction is left to hold it"
+            )
+
+
+def _comes_down(limits: Limits, robot: Robot) -> None:
+    """Refuse limits under which a landing foot may graze the ground; a hair is left for numbers written in decimals."""
+    upper, most = limits.touchdown_velocity[2][1], highest_landing(robot)
+    if upper > (1.0 - 1e-9) * most:
+        raise InputError(
+            f"the touchdown velocity along z may be as high as {upper:g} m/s, but a foot that grazes the ground has no "
+            f"moment of touchdown: the upper bound is at most {most:.6g} m/s ({SLOWEST_LANDING:g} sqrt(g l) downwards)"
+        )
 
 
 def _known(kind: str, names: Iterable[str], known: Sequence[str]) -> None:

@@ -35,6 +35,7 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
         feedback=None,
         versions={"amble": __version__, **{name: metadata.version(name) for name in RECORDED}},
         multipliers=solution.multipliers,
+        cost=problem.cost,
     )
 
 

@@ -1,16 +1,17 @@
-"""Solving a gait problem with IPOPT, watched live; a failure names the rows that are violated."""
+"""Solving a gait problem, with IPOPT where nothing else is named; a failure names the rows that are violated."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from amble.gait import LagrangeMultipliers, SolverReport
+from amble.io.registry import Lookup
 from amble.progress import Progress
 from amble.residual import Residual, worst_first
 from amble.synthesis.program import GaitProgram
@@ -52,6 +53,7 @@ class Solution:
         multipliers: those of its bounds and rows, where a solver found them.
         report: status and cost.
         rows: violated rows and bounds, worst first; empty where solved.
+        solved: whether the solver reports success.
         warm: whether it started from a neighbour's solution and multipliers.
         projected: how many start values lay outside their bounds and were moved onto them.
     """
@@ -60,23 +62,37 @@ class Solution:
     multipliers: LagrangeMultipliers | None
     report: SolverReport
     rows: tuple[Residual, ...]
+    solved: bool
     warm: bool = False
     projected: int = 0
 
-    @property
-    def solved(self) -> bool:
-        """Whether the solver reports success."""
-        return self.report.status in SOLVED
+
+class Solver(Protocol):
+    """What solves a gait program; a function such as ``ipopt``."""
+
+    def __call__(
+        self,
+        program: GaitProgram,
+        start: Start,
+        tolerance: float,
+        most_iterations: int,
+        progress: Progress | None,
+    ) -> Solution:
+        """Solve from a start; arguments are those of ``ipopt``, and ``finished`` makes the solution."""
 
 
-def solve(
+SOLVERS: Lookup[Solver] = Lookup("solver")
+"""The solvers that specifications and ``synthesize`` can name."""
+
+
+def ipopt(
     program: GaitProgram,
     start: Start,
     tolerance: float = 1e-8,
     most_iterations: int = 500,
     progress: Progress | None = None,
 ) -> Solution:
-    """Solve from a start; what of it lies outside its bounds is moved onto them, and counted.
+    """Solve by IPOPT; what of the start lies outside its bounds is moved onto them, and counted.
 
     Args:
         program: the transcribed problem.
@@ -117,11 +133,64 @@ def solve(
     with single_threaded(), watch.keeping_interrupts():
         result = solver(**arguments)
     seconds = time.perf_counter() - began
-    found = _solution(program, result, solver.stats(), seconds)
+    stats = solver.stats()
+    status = str(stats["return_status"])
+    found = finished(
+        program,
+        np.array(result["x"]).ravel(),
+        solver="ipopt",
+        status=status,
+        solved=status in SOLVED,
+        iterations=int(stats["iter_count"]),
+        seconds=seconds,
+        multipliers=(np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()),
+    )
     return replace(found, warm=warm is not None, projected=projected)
 
 
+SOLVERS.register("ipopt", ipopt)
+
+
+def finished(
+    program: GaitProgram,
+    variables: NDArray[np.float64],
+    *,
+    solver: str,
+    status: str,
+    solved: bool,
+    iterations: int,
+    seconds: float,
+    multipliers: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> Solution:
+    """Return the end of a solver's run, with objective, violation and violated rows as the program has them there.
+
+    Args:
+        program: the program.
+        variables: scaled variables, (n_x,).
+        solver: name of the solver.
+        status: what it says of its end.
+        solved: whether that is success.
+        iterations: how many it took.
+        seconds: its wall time, s.
+        multipliers: of the bounds, (n_x,), and the rows, (n_g,), signed as casadi's: positive at upper bounds.
+    """
+    objective, values = (np.asarray(part).ravel() for part in program.program.nlp(variables, program.parameters))
+    report = SolverReport(
+        solver=solver,
+        status=status,
+        iterations=iterations,
+        seconds=seconds,
+        variables=variables.size,
+        constraints=values.size,
+        violation=float(np.max(program.program.excess(values))),
+        objective=float(objective[0]),
+    )
+    kept = None if multipliers is None or not solved else LagrangeMultipliers(*map(_rounded, multipliers))
+    return Solution(variables, kept, report, violated_rows(program, variables, values), solved)
+
+
 def solve_near(
+    solve: Solver,
     program: GaitProgram,
     near: Start | None,
     far: Start,
@@ -132,6 +201,7 @@ def solve_near(
     """Solve from a neighbour's solution with its multipliers; where it was not near, once more from another start.
 
     Args:
+        solve: the solver.
         program: the transcribed problem.
         near: a neighbour's solution; None where there is none.
         far: the other start, which needs no multipliers.
@@ -212,26 +282,6 @@ def _rows(
     excess = np.maximum(np.maximum(lower - values, values - upper), 0.0)
     bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
     return [Residual(names[i], float(lower[i]), float(values[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]
-
-
-def _solution(program: GaitProgram, result: Any, stats: dict[str, Any], seconds: float) -> Solution:
-    variables, values = (np.array(result[key]).ravel() for key in ("x", "g"))
-    nlp = program.program
-    violation = float(np.max(nlp.excess(values)))
-    report = SolverReport(
-        solver="ipopt",
-        status=str(stats["return_status"]),
-        iterations=int(stats["iter_count"]),
-        seconds=seconds,
-        variables=variables.size,
-        constraints=values.size,
-        violation=violation,
-        objective=float(result["f"]),
-    )
-    rows = violated_rows(program, variables, values)
-    bounds, forces = (_rounded(np.array(result[key]).ravel()) for key in ("lam_x", "lam_g"))
-    solved = report.status in SOLVED
-    return Solution(variables, LagrangeMultipliers(bounds, forces) if solved else None, report, rows)
 
 
 def _rounded(values: NDArray[np.float64]) -> Vector:

@@ -56,10 +56,14 @@ class Section(BaseModel):
 
 
 class RobotSection(Section):
-    """A robot of the catalogue by ``name``, or a URDF ``file`` (relative to the specification) with its ``feet``."""
+    """A robot of the catalogue by ``name``, or a ``file`` (relative to the specification) with its ``feet``.
+
+    The suffix of a file's name tells its format where ``format`` does not.
+    """
 
     name: str | None = None
     file: str | None = None
+    format: str | None = None
     feet: dict[str, str] | None = None
     gravity: Acceleration = 9.81
     twins: list[Pair] | None = None
@@ -95,6 +99,13 @@ class LawSection(Section):
     """Allocation law by name, with its parameters."""
 
     name: str = "pinv"
+    parameters: dict[str, Any] = {}
+
+
+class CostSection(Section):
+    """What is minimised, by the name of a registered cost, with its parameters."""
+
+    name: str = "torque squared"
     parameters: dict[str, Any] = {}
 
 
@@ -157,7 +168,12 @@ class PostureSection(Section):
 
 
 class SolverSection(Section):
-    """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations."""
+    """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations.
+
+    ``name`` is that of a registered solver.
+    """
+
+    name: str = "ipopt"
 
     intervals: int = Field(default=15, ge=2, le=1000)
     refinement: int = Field(default=1, ge=1, le=100)
@@ -175,6 +191,7 @@ class Specification(Section):
     contact: ContactSection = ContactSection()
     outputs: OutputsSection = OutputsSection()
     law: LawSection = LawSection()
+    cost: CostSection = CostSection()
     posture: PostureSection | None = None
     solver: SolverSection = SolverSection()
 

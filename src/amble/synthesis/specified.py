@@ -12,6 +12,7 @@ from amble.control.outputs import joint_outputs
 from amble.control.phase import PHASES
 from amble.errors import InputError, UnknownNameError, listed
 from amble.gait import Limits
+from amble.gait.cost import COSTS
 from amble.gait.limits import Interval
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.gaits import GAITS
@@ -51,6 +52,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         posture=_posture(specification, robot, known.posture if known else None),
         intervals=specification.solver.intervals,
         gains=(outputs.position_gain, outputs.velocity_gain),
+        cost=COSTS.build(specification.cost.name, specification.cost.parameters),
     )
 
 
@@ -65,7 +67,7 @@ def _robot(section: RobotSection, folder: Path) -> Robot:
     if not section.feet:
         raise InputError("[robot] with a file needs feet: labels and the links or joints they stand for")
     twins = None if section.twins is None else [(left, right) for left, right in section.twins]
-    return load_robot(folder / str(section.file), section.feet, section.gravity, twins=twins)
+    return load_robot(folder / str(section.file), section.feet, section.gravity, twins=twins, format=section.format)
 
 
 def _ground(section: GroundSection) -> Ground:
@@ -87,9 +89,7 @@ def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contac
         return gait_pattern(robot, section.stances, section.mirrored, ground=ground, contact=contact)
     if "mirrored" in section.model_fields_set:
         raise InputError("[gait] with a name takes no 'mirrored'; the gait knows that itself")
-    if section.name not in GAITS:
-        raise UnknownNameError("gait", str(section.name), GAITS)
-    return GAITS[section.name](robot, ground, contact)
+    return GAITS[str(section.name)](robot, ground, contact)
 
 
 def _limits(section: LimitsSection, pattern: GaitPattern, bounds: GaitBounds | None) -> Limits:

@@ -14,7 +14,7 @@ from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import to_gait
-from amble.synthesis.solve import Start, solve_near
+from amble.synthesis.solve import Start, ipopt, solve_near
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ def sweep(
             rows = program.program.row_names
         if program.program.row_names != rows or (known is not None and known.variables.size != start.size):
             raise InputError("a sweep goes through problems of one structure: the same stances, outputs, law and mesh")
-        last = solve_near(program, known, Start(start), tolerance, most_iterations, progress)
+        last = solve_near(ipopt, program, known, Start(start), tolerance, most_iterations, progress)
         known = Start(last.variables, last.multipliers) if last.solved else known
         yield Outcome(
             problem=problem,

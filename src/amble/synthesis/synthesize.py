@@ -10,7 +10,7 @@ from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.rank import on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Solution, Start, solve_near
+from amble.synthesis.solve import SOLVERS, Solution, Start, solve_near
 
 
 class GaitNotSolvedError(NotSolvedError):
@@ -33,6 +33,8 @@ def synthesize(
     tolerance: float = 1e-8,
     most_iterations: int = 500,
     progress: Progress | None = None,
+    *,
+    solver: str = "ipopt",
 ) -> Gait:
     """Find the gait of a problem.
 
@@ -43,19 +45,22 @@ def synthesize(
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up after so many. With multipliers the first 40 are a try with them, the rest one without.
         progress: called after every iteration.
+        solver: name of a registered solver.
 
     Raises:
+        UnknownNameError: there is no solver of that name.
         GaitNotSolvedError: the solver stopped without a solution; the error carries the violated rows and the last
             iterate.
         NotSolvedError: equality rows of the problem depend on each other.
     """
+    run = SOLVERS[solver]
     program = build_program(problem)
     layout = program.layout
     natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
     require_full_rank(*on_coarse_mesh(program, natural))
     multipliers = None if start is None else _fitting(start.multipliers, program)
     begin = Start(natural / layout.scale, multipliers)
-    solution = solve_near(program, begin, begin, tolerance, most_iterations, progress)
+    solution = solve_near(run, program, begin, begin, tolerance, most_iterations, progress)
     gait = to_gait(problem, layout, solution)
     if not solution.solved:
         raise GaitNotSolvedError(solution, gait)

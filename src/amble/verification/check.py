@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 
 from amble.defaults import GRID
 from amble.errors import InputError
+from amble.gait.cost import TORQUE_SQUARED, Instant
 from amble.gait.record import Gait
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
+from amble.types import NodeValues
 from amble.verification.domain_rows import SampledDomain, domain_findings, motion_findings, sampled
 from amble.verification.feedback_rows import feedback_findings
 from amble.verification.findings import CheckReport, residuals
 from amble.verification.limit_rows import limit_findings
+from amble.verification.sizes import sizes
 from amble.verification.switch_rows import switch_findings
 
 TOLERANCE = 1e-5
@@ -34,22 +38,23 @@ def check(
 
     Nothing of the transcription is used. Between the nodes q and v follow Hermite curves through the recorded q, v, a;
     accelerations, torques and forces are the solution of one dense system of the equations of motion, contacts, output
-    dynamics and minimum norm at those states, moved by the law. Residuals, each at most ``tolerance`` in size:
+    dynamics and minimum norm at those states, moved by the law. Residuals are at most ``tolerance`` in size. They are
+    divided by what is recorded at its largest, and never less than a share of the robot's natural unit
+    (``sizes``: leg length l, sqrt(g l), weight):
 
-    - motion: the curves less the closed loop integrated from the recorded entry (DOP853); q in m and rad, v divided
-      by 1 + the largest recorded |v|.
-    - acceleration, torque, force: recorded at the nodes less the dense solution, divided by 1 + the largest recorded.
-    - dynamics: D a + h - B u - J^T lambda at the nodes, divided by 1 + the larger of largest |u| and |lambda|.
-    - contact: ground height and drift of stance feet (m); their velocity and acceleration, divided as v and a.
-    - output: y (rad), y' and y'' + K_d y' + K_p y, divided as v and a.
-    - law: the rows of the allocation law at the nodes, divided by 1 + the largest |u|.
-    - guard, impact, continuity, periodicity: m, rad, m/s; momentum, impulse and v divided by 1 + their largest.
-    - cost: root mean square of |u| by Simpson's rule on the grid less the solver's, divided by 1 + the solver's.
+    - motion: the curves less the closed loop integrated from the recorded entry (DOP853).
+    - acceleration, torque, force: recorded at the nodes less the dense solution.
+    - dynamics: D a + h - B u - J^T lambda at the nodes.
+    - contact: ground height and drift of stance feet, by l; their velocity and acceleration.
+    - output: y (rad), y' and y'' + K_d y' + K_p y.
+    - law: the rows of the allocation law at the nodes, as torques.
+    - guard, impact, continuity, periodicity: lengths by l, rad, velocities, momentum and impulse.
+    - cost: its mean by Simpson's rule on the grid less the solver's; of the squared torques the root.
     - feedback: where the gait is stabilised, the fixed point, the durations and the touchdowns of its closed loop.
 
     Limits have the bounds of the gait problem; friction is the true cone. They may be missed by ``slack`` of their
-    size (positions: rad and m), since the problem imposes them at its nodes only and a motion may run along one. A
-    swing foot never goes below the ground by more than ``tolerance``.
+    size (positions: rad and l), since the problem imposes them at its nodes only and a motion may run along one. A
+    swing foot never goes below the ground by more than ``tolerance`` l.
 
     Args:
         gait: the gait.
@@ -83,8 +88,8 @@ def check(
 def record_findings(gait: Gait, tolerance: float) -> CheckReport:
     """Return the residuals of what is recorded, at its nodes: whether it is a motion of the robot under these outputs.
 
-    No limit is looked at. The motion in time is integrated only where everything else holds, since an integration from
-    numbers that are no motion may take for ever.
+    No limit is looked at; the cost stated must be that of the torques. The motion in time is integrated only where
+    everything else holds, since an integration from numbers that are no motion may take for ever.
 
     Args:
         gait: the gait.
@@ -99,6 +104,7 @@ def record_findings(gait: Gait, tolerance: float) -> CheckReport:
         findings += domain_findings(domain, tolerance)
         switch = switch_findings(gait, domain, domains[(number + 1) % len(domains)], tolerance)
         findings += [finding for finding in switch if finding.kind != "touchdown"]
+    findings += _cost(gait, domains, tolerance)
     if all(finding.passed for finding in findings):
         for domain in domains:
             findings += motion_findings(domain, tolerance)
@@ -106,11 +112,36 @@ def record_findings(gait: Gait, tolerance: float) -> CheckReport:
 
 
 def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Residual]:
-    """Root mean square torque of the closed loop, by Simpson's rule over neighbouring pairs of grid spacings."""
+    """The mean cost of the closed loop, by Simpson's rule over neighbouring pairs of grid spacings.
+
+    Of the squared torques the root is compared, which is a torque.
+    """
     from scipy.integrate import simpson
 
+    if gait.cost != TORQUE_SQUARED:
+        total = sum(float(simpson(_running(gait, domain), x=domain.times)) for domain in domains)
+        difference = total / sum(domain.trajectory.duration for domain in domains) - gait.solver.objective
+        name, scale = f"mean of the cost '{gait.cost.name}' less the solver's", 1.0 + abs(gait.solver.objective)
+        return residuals("cost", [name], np.array([difference]), np.array([np.nan]), tolerance, scale)
     work = sum(float(simpson(np.sum(domain.motion.torques**2, axis=1), x=domain.times)) for domain in domains)
     found = np.sqrt(work / sum(domain.trajectory.duration for domain in domains))
     stated = np.sqrt(gait.solver.objective) if gait.solver.objective >= 0.0 else np.nan
     name = "root mean square of the torques less the solver's"
-    return residuals("cost", [name], np.array([found - stated]), np.array([np.nan]), tolerance, 1.0 + stated)
+    return residuals(
+        "cost", [name], np.array([found - stated]), np.array([np.nan]), tolerance, sizes(gait.robot).torque + stated
+    )
+
+
+def _running(gait: Gait, domain: SampledDomain) -> NodeValues:
+    """The gait's running cost along a domain, (points,), evaluated at the motion of the dense solution."""
+    motion, size = domain.motion, gait.robot.size
+    counts = (size, size, size, len(gait.robot.joints), domain.contacts.size, 1)
+    symbols = [ca.SX.sym(letter, count) for letter, count in zip("qvaufT", counts, strict=True)]
+    q, v, a, u, lam, duration = symbols
+    instant = Instant(
+        contacts=domain.contacts, positions=q, velocities=v, accelerations=a, torques=u, forces=lam, duration=duration
+    )
+    running = ca.Function("running", symbols, [gait.cost.running(instant)])
+    durations = np.full((len(domain.times), 1), domain.trajectory.duration)
+    columns = (domain.positions, domain.velocities, motion.accelerations, motion.torques, motion.forces, durations)
+    return np.asarray(running.map(len(domain.times))(*[values.T for values in columns])).ravel()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from amble.types import IntegerVector, Matrix, Vector
 from amble.verification.findings import limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.sizes import of_contacts, size_of, sizes
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
 
 
@@ -106,11 +108,6 @@ def domain_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
     ]
 
 
-def size_of(values: Matrix) -> float:
-    """Scale of residuals: 1 + the largest recorded size."""
-    return 1.0 + float(np.max(np.abs(values), initial=0.0))
-
-
 def _clock(domain: SampledDomain, tolerance: float) -> list[Residual]:
     ends = np.array([[domain.trajectory.times[0], domain.trajectory.times[-1] - domain.trajectory.duration]])
     names = [f"{domain.name} clock at the entry", f"{domain.name} clock at the end less the duration"]
@@ -125,9 +122,11 @@ def _phase(domain: SampledDomain, tolerance: float) -> list[Residual]:
     q, v, times = domain.positions, domain.velocities, domain.times
     missed = domain.trajectory.phase_numbers - domain.loop.domain.measured(q[0], q[-1])
     names = [f"{domain.name} phase {number.name}" for number in numbers]
+    length = sizes(domain.gait.robot).length
+    scale = np.array([length if number.unit == "m" else 1.0 for number in numbers])
     pace = domain.trajectory.duration * domain.loop.desired(times, q, v).pace
     return [
-        *residuals("phase", names, missed[None], np.array([np.nan]), tolerance),
+        *residuals("phase", names, missed[None], np.array([np.nan]), tolerance, scale),
         limit("phase", f"{domain.name} rate of the phase times the duration", pace, times, (0.0, np.inf), 0.0),
     ]
 
@@ -141,9 +140,10 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
         q = v = np.full_like(domain.positions, np.nan)
     names = [f"{domain.name} motion {name}" for name in robot.coordinate_names]
     rates = [f"{domain.name} motion rate of {name}" for name in robot.coordinate_names]
-    scale = size_of(domain.trajectory.velocities)
+    least = sizes(robot)
+    scale = size_of(domain.trajectory.velocities, least.rates)
     return [
-        *residuals("motion", names, domain.positions - q, times, tolerance),
+        *residuals("motion", names, domain.positions - q, times, tolerance, least.positions),
         *residuals("motion", rates, domain.velocities - v, times, tolerance, scale),
     ]
 
@@ -151,14 +151,28 @@ def motion_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
 def _nodes(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Recorded accelerations, torques and forces against the closed loop's."""
     robot, trajectory, nodes = domain.gait.robot, domain.trajectory, domain.nodes
+    least, contacts = sizes(robot), domain.contacts
     found: list[Residual] = []
-    for kind, labels, recorded, solved in (
-        ("acceleration", robot.coordinate_names, trajectory.accelerations, domain.motion.accelerations),
-        ("torque", robot.joint_names, trajectory.torques, domain.motion.torques),
-        ("force", domain.contacts.labels, trajectory.forces, domain.motion.forces),
-    ):
+    kinds: tuple[tuple[str, Sequence[str], Matrix, Matrix, Vector | float], ...] = (
+        (
+            "acceleration",
+            robot.coordinate_names,
+            trajectory.accelerations,
+            domain.motion.accelerations,
+            least.accelerations,
+        ),
+        ("torque", robot.joint_names, trajectory.torques, domain.motion.torques, least.torque),
+        (
+            "force",
+            contacts.labels,
+            trajectory.forces,
+            domain.motion.forces,
+            of_contacts(contacts, least.force, least.torque),
+        ),
+    )
+    for kind, labels, recorded, solved, size in kinds:
         names = [f"{domain.name} {kind} {label}" for label in labels]
-        found += residuals(kind, names, recorded - solved[nodes], trajectory.times, tolerance, size_of(recorded))
+        found += residuals(kind, names, recorded - solved[nodes], trajectory.times, tolerance, size_of(recorded, size))
     return found
 
 
@@ -172,25 +186,31 @@ def _dynamics(domain: SampledDomain, tolerance: float) -> list[Residual]:
     balance -= np.einsum("pji,pj->pi", at.jacobian[nodes], lam)
     balance[:, 6:] -= u
     names = [f"{domain.name} dynamics {name}" for name in domain.gait.robot.coordinate_names]
-    scale = max(size_of(u), size_of(lam))
+    least = sizes(domain.gait.robot)
+    forces = of_contacts(domain.contacts, least.force, least.torque)
+    share = max(float(np.max(np.abs(part) / size, initial=0.0)) for part, size in ((u, least.torque), (lam, forces)))
+    scale = least.loads * (1.0 + share)
     return residuals("dynamics", names, balance, trajectory.times, tolerance, scale)
 
 
 def _contact(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Stance feet: gap to the ground, drift from where they stood at the entry, velocity, acceleration."""
     at, trajectory, nodes, times = domain.terms, domain.trajectory, domain.nodes, domain.times
+    least = sizes(domain.gait.robot)
     found: list[Residual] = []
     for foot in domain.stance.feet:
         columns = at.foot(foot)
         place, rate = at.positions[:, columns], at.rates[:, columns]
         drift, velocity = ([f"{domain.name} {what} {foot} {a}" for a in AXES] for what in ("drift", "velocity"))
-        found += residuals("contact", [f"{domain.name} ground {foot}"], at.gap(foot)[:1], times[:1], tolerance)
-        found += residuals("contact", drift, place - place[0], times, tolerance)
-        scale = size_of(trajectory.velocities)
+        ground = [f"{domain.name} ground {foot}"]
+        found += residuals("contact", ground, at.gap(foot)[:1], times[:1], tolerance, least.length)
+        found += residuals("contact", drift, place - place[0], times, tolerance, least.length)
+        scale = size_of(trajectory.velocities, least.rates)[0]
         found += residuals("contact", velocity, rate, times, tolerance, scale)
     acceleration = np.einsum("pij,pj->pi", at.jacobian[nodes], trajectory.accelerations) + at.contact_bias[nodes]
     names = [f"{domain.name} acceleration of foot {label}" for label in domain.contacts.labels]
-    scale = size_of(trajectory.accelerations)
+    scales = size_of(trajectory.accelerations, least.accelerations)
+    scale = of_contacts(domain.contacts, scales[0], scales[-1])
     return found + residuals("contact", names, acceleration, trajectory.times, tolerance, scale)
 
 
@@ -203,7 +223,9 @@ def _outputs(domain: SampledDomain, tolerance: float) -> list[Residual]:
     dynamics = domain.loop.residuals(times[nodes], q, v, trajectory.accelerations)
     kinds = ("output", "output rate", "output dynamics")
     outputs, changes, answers = ([f"{domain.name} {kind} {name}" for name in coordinates] for kind in kinds)
-    rates, accelerations = size_of(trajectory.velocities), size_of(trajectory.accelerations)
+    least = sizes(domain.gait.robot)
+    rates = size_of(trajectory.velocities, least.rates)[-1]
+    accelerations = size_of(trajectory.accelerations, least.accelerations)[-1]
     return [
         *residuals("output", outputs, value, times, tolerance),
         *residuals("output", changes, rate, times, tolerance, rates),
@@ -217,4 +239,5 @@ def _law(domain: SampledDomain, tolerance: float) -> list[Residual]:
     at = terms(domain.contacts, domain.positions[nodes], domain.velocities[nodes])
     values = law_residuals(at, trajectory.torques, trajectory.forces, gait.law)
     names = [f"{domain.name} law {gait.law.name} {row}" for row in range(values.shape[1])]
-    return residuals("law", names, values, trajectory.times, tolerance, size_of(trajectory.torques))
+    scale = size_of(trajectory.torques, sizes(gait.robot).torque)
+    return residuals("law", names, values, trajectory.times, tolerance, scale)

@@ -11,6 +11,7 @@ from amble.residual import Residual
 from amble.types import Vector, frozen
 from amble.verification.findings import residuals
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.sizes import size_of, sizes
 from amble.verification.stance_model import terms
 from amble.verification.switch_rows import NO_TIME, plastic
 
@@ -23,24 +24,26 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     start = np.asarray(gait.feedback.start)
     state, found = start, []
     for switch in gait.pattern.switches:
-        state, guard = _passed(gait, gait.feedback, switch, state)
-        found += residuals("feedback", [f"{switch.name} feedback guard at the end"], guard, NO_TIME, tolerance)
+        state, guards = _passed(gait, gait.feedback, switch, state)
+        landed = [f"{switch.name} feedback {name} at the end" for name in guards]
+        scale = sizes(gait.robot).length if switch.landing else 1.0  # forces are given over the weight
+        found += residuals("feedback", landed, np.array([*guards.values()]).T, NO_TIME, tolerance, scale)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
     forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
     names = gait.robot.coordinate_names
     rows = [f"feedback returns {name}" for name in names] + [f"feedback returns rate of {name}" for name in names]
-    missed = state - start
+    least, missed = sizes(gait.robot), state - start
     for place, along in enumerate(gait.pattern.ground.translations.values()):
         if place < forward:
             missed[:3] -= missed[place] * along
-    missed[size:] /= 1.0 + np.max(np.abs(start[size:]))
+    missed /= np.concatenate([least.positions, size_of(start[size:], least.rates)])
     kept = [place for place in range(2 * size) if place >= forward]
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)
 
 
-def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, Vector]:
-    """Flow through one domain and its reset; return the new state and the guard at the end."""
+def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, dict[str, Vector]]:
+    """Flow through one domain and its reset; return the new state and what is zero at the end, by name."""
     name, size, contacts = switch.source.name, gait.robot.size, gait.pattern.contacts(switch.source)
     duration = feedback.durations[name]
     loop = OutputDynamics(
@@ -55,8 +58,12 @@ def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tu
     q, v = integrate(contacts, loop, state[:size], state[size:], times)
     if switch.landing:
         at = terms(gait.pattern.contacts(switch.target), q[-1:], v[-1:])
-        return np.concatenate([q[-1], plastic(at)[0]]), at.gap(switch.landing[0])
+        return np.concatenate([q[-1], plastic(at)[0]]), {f"height {foot}": at.gap(foot) for foot in switch.landing}
     at = terms(contacts, q[-1:], v[-1:])
     motion = loop.solve(at, times[-1:], q[-1:], v[-1:])
-    force = contacts.contact.normal_force(at.local_force(switch.lifting[0], motion.forces))
-    return np.concatenate([q[-1], v[-1]]), force
+    forces = [contacts.contact.normal_force(at.local_force(foot, motion.forces)) for foot in switch.leaving]
+    missed = np.mean(forces, axis=0) - gait.limits.normal_force
+    weight = gait.robot.mass * gait.robot.gravity
+    return np.concatenate([q[-1], v[-1]]), {
+        f"lift-off force of {', '.join(switch.leaving)} over the weight": missed / weight
+    }

@@ -53,7 +53,7 @@ class CheckReport:
 
 
 def residuals(
-    kind: str, names: Sequence[str], values: Matrix, times: Vector, tolerance: float, scale: float = 1.0
+    kind: str, names: Sequence[str], values: Matrix, times: Vector, tolerance: float, scale: Vector | float = 1.0
 ) -> list[Residual]:
     """Return one row a column of residuals: the largest in size, signed, divided by the scale.
 
@@ -63,10 +63,10 @@ def residuals(
         values: (points, columns).
         times: clock of every point, (points,), s; NaN where the quantity has no time.
         tolerance: bound of the scaled residual.
-        scale: what the residuals are divided by.
+        scale: what the residuals are divided by, one for all or one a column.
     """
     found = []
-    for name, column in zip(names, np.asarray(values).reshape(len(times), len(names)).T / scale, strict=True):
+    for name, column in zip(names, (np.asarray(values).reshape(len(times), len(names)) / scale).T, strict=True):
         place = int(np.argmax(np.where(np.isnan(column), np.inf, np.abs(column))))
         value, time = float(column[place]), _time(times[place])
         found.append(Residual(name, -tolerance, value, tolerance, kind=kind, time=time))

@@ -7,6 +7,7 @@ import numpy as np
 from amble.residual import Residual
 from amble.verification.domain_rows import SampledDomain
 from amble.verification.findings import limit
+from amble.verification.sizes import sizes
 
 
 def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Residual]:
@@ -14,7 +15,7 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
 
     Args:
         domain: the domain on its grid.
-        tolerance: what the ground and the bounds of the duration may miss, m and s.
+        tolerance: what the ground may miss, as a share of the leg length, and the bounds of the duration, s.
         slack: what any other limit may miss, as a share of its size: the gait problem imposes it at its nodes only.
     """
     bounds = domain.gait.limits.durations.get(domain.name, (0.0, np.inf))
@@ -29,18 +30,15 @@ def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> lis
 
 
 def _forces(domain: SampledDomain, slack: float) -> list[Residual]:
-    """Normal force and the true friction cone of every stance foot; a foot that lifts ends at the cone's tip."""
-    limits, contact, friction = domain.gait.limits, domain.contacts.contact, domain.contacts.ground.friction
-    found = []
-    lifting = domain.switch.lifting[:1] if not domain.switch.landing else ()
+    """Normal force and the true friction cone of every stance foot."""
+    contact, friction, times = domain.contacts.contact, domain.contacts.ground.friction, domain.times
+    size, least, found = sizes(domain.gait.robot).force, domain.gait.limits.normal_force, []
     for foot in domain.stance.feet:
-        inside = slice(None, -1) if foot in lifting else slice(None)
-        times, force = domain.times[inside], domain.terms.local_force(foot, domain.motion.forces)[inside]
+        force = domain.terms.local_force(foot, domain.motion.forces)
         normal, used = contact.normal_force(force), contact.friction_used(force)
-        least = 0.0 if foot in lifting else limits.normal_force
         bounds, most = (least, np.inf), (0.0, friction)
         found += [
-            limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (1.0 + least)),
+            limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (size + least)),
             limit("friction", f"{domain.name} friction {foot}", used, times, most, slack * friction),
         ]
     return found
@@ -49,12 +47,13 @@ def _forces(domain: SampledDomain, slack: float) -> list[Residual]:
 def _swing(domain: SampledDomain, tolerance: float, slack: float) -> list[Residual]:
     """Swing feet: never under the ground, and at the clearance in the middle of their swing."""
     least, times, found = domain.gait.limits.clearance, domain.times, []
+    length = sizes(domain.gait.robot).length
     for foot in domain.gait.robot.foot_names:
         if foot in domain.stance.feet:
             continue
         height = domain.terms.gap(foot)
         name = f"{domain.name} height {foot}"
-        found.append(limit("penetration", name, height, times, (0.0, np.inf), tolerance))
+        found.append(limit("penetration", name, height, times, (0.0, np.inf), tolerance * length))
         middle = middle_of_swing(domain, foot)
         if 0.0 <= middle <= 1.0:
             when = np.array([middle * domain.trajectory.duration])
@@ -80,10 +79,12 @@ def middle_of_swing(domain: SampledDomain, foot: str) -> float:
 def _positions(domain: SampledDomain, slack: float) -> list[Residual]:
     robot, ground, found = domain.gait.robot, domain.contacts.ground, []
     for name, bounds in domain.gait.limits.positions.items():
-        values = domain.positions[:, robot.coordinate_index(name)]
+        place = robot.coordinate_index(name)
+        values = domain.positions[:, place]
         if name == "z":
             values = values - ground.height(domain.positions[:, 0], domain.positions[:, 1])
-        found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, slack))
+        kept = slack * float(sizes(robot).positions[place])
+        found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, kept))
     return found
 
 

@@ -181,6 +181,8 @@ def _through_law(at: Terms, motion: Motion, law: AllocationLaw, method: str) -> 
     """Evaluate ``law.allocate`` or ``law.optimality_conditions`` at numbers."""
     points, joints, k = at.torque_basis.shape
     contacts, robot = at.contacts, at.contacts.robot
+    if not k:
+        return np.zeros((points, 0))  # nothing to choose, as in flight
     standing = ca.DM(joints, k)  # only torques of stance legs can change; a law may read that from the pattern of N
     standing[[robot.joint_index(joint) for foot in contacts.feet for joint in robot.legs[foot]], :] = 1.0
     u, N = ca.SX.sym("u", joints), ca.SX.sym("N", standing.sparsity())

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from amble.errors import WorkError
+from amble.gait.limits import highest_landing
 from amble.gait.record import Gait
 from amble.hybrid.contact import AXES
 from amble.residual import Residual
 from amble.types import Matrix, Vector
-from amble.verification.domain_rows import SampledDomain, size_of
+from amble.verification.domain_rows import SampledDomain
 from amble.verification.findings import limit, residuals
+from amble.verification.sizes import of_contacts, size_of, sizes
 from amble.verification.stance_model import Terms, terms
 
 NO_TIME = np.array([np.nan])
@@ -29,46 +31,49 @@ def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain,
 def _guard(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """The guard is zero at the end and not before; a landing foot comes down within its velocity bounds."""
     at, times, switch = domain.terms, domain.times, domain.switch
-    limits, end = domain.gait.limits, domain.times[-1:]
+    limits, end, least = domain.gait.limits, domain.times[-1:], sizes(domain.gait.robot)
     found: list[Residual] = []
     for foot in switch.landing:
         height, velocity = at.gap(foot), at.local_velocity(foot)[-1:]
-        found += residuals("guard", [f"{switch.name} touchdown height {foot}"], height[-1:, None], end, tolerance)
+        touchdown = [f"{switch.name} touchdown height {foot}"]
+        found += residuals("guard", touchdown, height[-1:, None], end, tolerance, least.length)
         inside = slice(1, -1)
         found.append(
             limit("guard", f"{switch.name} height before touchdown {foot}", height[inside], times[inside],
-                  (0.0, np.inf), tolerance)
+                  (0.0, np.inf), tolerance * least.length)
         )  # fmt: skip
-        for axis, bounds in enumerate(limits.touchdown_velocity):
+        *tangents, (lower, upper) = limits.touchdown_velocity
+        for axis, bounds in enumerate((*tangents, (lower, min(upper, highest_landing(domain.gait.robot))))):
             name = f"{switch.name} touchdown velocity {foot} {AXES[axis]}"
-            found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance))
-    if switch.lifting and not switch.landing:
-        foot = switch.lifting[0]
+            found.append(limit("touchdown", name, velocity[:, axis], end, bounds, tolerance * least.velocity))
+    least_forces = of_contacts(domain.contacts, least.force, least.torque)
+    for foot in switch.leaving:
         force = domain.contacts.contact.normal_force(at.local_force(foot, domain.motion.forces))[-1:]
-        scale = size_of(domain.trajectory.forces)
-        found += residuals("guard", [f"{switch.name} lift-off force {foot}"], force, end, tolerance, scale)
+        missed, scale = force - limits.normal_force, size_of(domain.trajectory.forces, least_forces)[0]
+        found += residuals("guard", [f"{switch.name} lift-off force {foot}"], missed, end, tolerance, scale)
     return found
 
 
 def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Residual]:
     """Plastic impact: D (v+ - v-) = J^T iota, J v+ = 0; both the recorded impulse and one solved for here."""
     gait, switch, trajectory = domain.gait, domain.switch, domain.trajectory
-    names, before = gait.robot.coordinate_names, domain.velocities[-1]
+    names, before, least = gait.robot.coordinate_names, domain.velocities[-1], sizes(gait.robot)
+    rates = size_of(trajectory.velocities, least.rates)
     if not switch.landing:
         rows = [f"{switch.name} continuity rate of {name}" for name in names]
-        scale = size_of(trajectory.velocities)
-        return residuals("impact", rows, (after - before)[None], NO_TIME, tolerance, scale)
+        return residuals("impact", rows, (after - before)[None], NO_TIME, tolerance, rates)
     at = terms(gait.pattern.contacts(switch.target), domain.positions[-1:], domain.velocities[-1:])
     velocity, impulse = plastic(at)
     momentum = at.mass[0] @ (after - before)
     balance = momentum - at.jacobian[0].T @ trajectory.impulse
     stopped = at.jacobian[0] @ after
-    feet = list(at.contacts.labels)
-    kinds: list[tuple[str, list[str], Matrix, float]] = [
-        ("momentum", list(names), balance, size_of(momentum)),
-        ("rate of", list(names), after - velocity, size_of(trajectory.velocities)),
-        ("stops foot", feet, stopped, size_of(trajectory.velocities)),
-        ("impulse", feet, trajectory.impulse - impulse, size_of(impulse)),
+    feet, contacts = list(at.contacts.labels), at.contacts
+    impulses = of_contacts(contacts, least.impulse, least.impulse * least.length)
+    kinds: list[tuple[str, list[str], Matrix, Vector]] = [
+        ("momentum", list(names), balance, size_of(momentum, least.loads * least.impulse / least.force)),
+        ("rate of", list(names), after - velocity, rates),
+        ("stops foot", feet, stopped, of_contacts(contacts, rates[0], rates[-1])),
+        ("impulse", feet, trajectory.impulse - impulse, size_of(impulse, impulses)),
     ]
     found: list[Residual] = []
     for kind, labels, values, scale in kinds:
@@ -95,7 +100,8 @@ def plastic(at: Terms) -> tuple[Vector, Vector]:
 
 def _continuity(domain: SampledDomain, after: Vector, tolerance: float) -> list[Residual]:
     rows = [f"{domain.switch.name} continuity {name}" for name in domain.gait.robot.coordinate_names]
-    return residuals("continuity", rows, (after - domain.positions[-1])[None], NO_TIME, tolerance)
+    scale = sizes(domain.gait.robot).positions
+    return residuals("continuity", rows, (after - domain.positions[-1])[None], NO_TIME, tolerance, scale)
 
 
 def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) -> list[Residual]:
@@ -106,7 +112,8 @@ def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) 
     advance[:3] -= distance * gait.pattern.ground.translations["x"]
     rows = [f"{domain.switch.name} periodicity {name}" for name in gait.robot.coordinate_names[1:]]
     speed = np.array([distance / duration - gait.speed])
+    least = sizes(gait.robot)
     return [
-        *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance),
-        *residuals("periodicity", ["mean speed less the speed asked for"], speed, NO_TIME, tolerance),
+        *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance, least.positions[1:]),
+        *residuals("periodicity", ["mean speed less the speed asked for"], speed, NO_TIME, tolerance, least.velocity),
     ]

@@ -65,7 +65,7 @@ def measure(
         simulated=whole,
         cycles=trace.cycles,
         two_cycles=with_laws(last, methods.laws),
-        comparison=compare([samples_of_gait(gait), whole], methods.laws, ACTUATORS),
+        comparison=compare([samples_of_gait(gait), whole], methods.laws, ACTUATORS.entries),
         contact=monitors(gait, trace),
         speed_achieved=whole.distance / float(whole.times[-1] - whole.times[0]),
         settings=settings,

@@ -49,7 +49,7 @@ def pose(specification: Specification | str | Path | None) -> PosedProblem:
 def solve(posed: PosedProblem, start: Gait | None = None, *, progress: Progress | None = None) -> Gait:
     """Find the gait of a posed problem; errors as in ``synthesize_specification``."""
     solver = posed.solver
-    gait = synthesize(posed.problem, start, solver.tolerance, solver.iterations, progress)
+    gait = synthesize(posed.problem, start, solver.tolerance, solver.iterations, progress, solver=solver.name)
     return gait if solver.refinement == 1 else refine(posed.problem, gait, solver.refinement, progress)
 
 

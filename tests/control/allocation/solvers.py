@@ -11,12 +11,12 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from amble.control.actuator import actuator
+from amble.control.actuator import ACTUATORS
 from amble.types import Matrix, Vector
 from tests import robots
 from tests.control.allocation.stances import FRICTION, NORMAL, Sample
 
-PAPER_HEAT = actuator("paper").heat_coefficient
+PAPER_HEAT = ACTUATORS["paper"].heat_coefficient
 
 
 @dataclass(frozen=True)

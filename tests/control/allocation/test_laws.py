@@ -16,7 +16,7 @@ from amble.control import (
     Redundancy,
     WeightedMinimumNorm,
 )
-from amble.control.actuator import actuator
+from amble.control.actuator import ACTUATORS
 from amble.errors import InputError
 from amble.hybrid import Contacts
 from amble.types import Vector
@@ -277,7 +277,7 @@ def test_no_law_has_smaller_torques_than_the_minimum_norm(name: str, count: int)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("model", ["paper", "datasheet"])
 def test_minimum_power_beats_every_other_choice_on_the_line(name: str, model: str) -> None:
-    heat = actuator(model).heat_coefficient
+    heat = ACTUATORS[model].heat_coefficient
     for sample in samples(name, 2, 50, seed=10):
         s = chosen(name, 2, MinimumPower(model), sample)
         values = s + np.linspace(-300.0, 300.0, 2001)

@@ -7,10 +7,11 @@ from amble.control.allocation.law import AllocationLaw, Redundancy
 from amble.control.allocation.minimum_peak import MinimumPeak
 from amble.control.allocation.minimum_power import MinimumPower
 from amble.control.allocation.pseudo_inverse import PseudoInverse
-from amble.control.allocation.registry import law_from
+from amble.control.allocation.registry import LAWS, law_from
 from amble.control.allocation.weighted_minimum_norm import WeightedMinimumNorm
 
 __all__ = [
+    "LAWS",
     "AllocationLaw",
     "BoundedMinimumNorm",
     "ContactLimits",

@@ -9,7 +9,6 @@ from typing import Any
 import casadi as ca
 
 from amble.control.actuator import ACTUATORS, Actuator
-from amble.control.actuator import actuator as actuator_named
 from amble.control.allocation.law import LawWithBreakpoints, Redundancy, steered_joints
 from amble.control.allocation.line import lowest_with_breakpoints
 from amble.errors import InputError
@@ -44,7 +43,7 @@ class MinimumPower(LawWithBreakpoints):
     def parameters(self) -> Mapping[str, Any]:
         """The actuator model: by name where amble knows it, else by its numbers."""
         model = _model(self.actuator)
-        return {"actuator": model.name if model in ACTUATORS else asdict(model)}
+        return {"actuator": model.name if model in ACTUATORS.entries else asdict(model)}
 
     def on_line(self, redundancy: Redundancy) -> ca.SX:
         """Minimise in closed form (eq. 9)."""
@@ -58,8 +57,8 @@ class MinimumPower(LawWithBreakpoints):
 def _model(given: Actuator | str | Mapping[str, Any]) -> Actuator:
     if isinstance(given, Actuator):
         return given
-    if isinstance(given, str):
-        return actuator_named(given)
+    if not isinstance(given, Mapping):  # a word of a file or of the command line
+        return ACTUATORS[str(given)]
     try:
         return Actuator(**given)
     except TypeError as error:

@@ -1,0 +1,26 @@
+"""Natural units of a legged robot: lengths by a length l of it, times by sqrt(l / g), forces by its weight."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amble.io.units import LENGTHS
+from amble.robot.model import Robot
+from amble.types import Vector
+
+
+def natural_units(robot: Robot, length: float) -> Vector:
+    """Return the unit of every state of a robot: lengths by a length l, time by sqrt(l / g), (2 n_q,).
+
+    Args:
+        robot: the robot; of its gravity the size counts.
+        length: l, m.
+    """
+    rate = np.sqrt(abs(robot.gravity) / length)
+    positions = np.where([name in LENGTHS for name in robot.coordinate_names], length, 1.0)
+    return np.concatenate([positions, rate * positions])
+
+
+def velocity_unit(robot: Robot) -> float:
+    """Return sqrt(g l) of the leg length l, m/s."""
+    return float(np.sqrt(abs(robot.gravity) * robot.leg_length))
