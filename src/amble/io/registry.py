@@ -104,7 +104,8 @@ class Registry(Lookup[Callable[..., T]], Codec, Generic[T]):
         for key, field in fields.items():
             if key not in parameters and field.default is field.empty:
                 raise InputError(f"{self.kind} '{name}' needs the parameter '{key}'")
-        plain = {key: tuple(value) if isinstance(value, list) else value for key, value in parameters.items()}
+        units = self._units(name)
+        plain = {key: _plain(value, key in units) for key, value in parameters.items()}
         try:
             return builder(**plain)
         except (TypeError, ValueError) as error:
@@ -146,6 +147,22 @@ class Registry(Lookup[Callable[..., T]], Codec, Generic[T]):
     def _units(self, name: str) -> Mapping[str, str]:
         units: Mapping[str, str] = getattr(self._entries[name], "units", {})
         return units
+
+
+def _plain(value: Any, number: bool) -> Any:
+    """Lists as tuples; whole numbers with a unit as the floats that files hold, so that they read back the same."""
+    if number and isinstance(value, Mapping):
+        return {name: _float(entry) for name, entry in value.items()}
+    if isinstance(value, list):
+        return tuple(value)
+    return _float(value) if number else value
+
+
+def _float(value: Any) -> Any:
+    try:
+        return float(value) if type(value) is int else value
+    except OverflowError:  # the kind refuses it
+        return value
 
 
 def _number(unit: str, by_name: bool) -> Codec:

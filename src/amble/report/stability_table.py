@@ -45,13 +45,13 @@ def stability_table(results: Mapping[str, Any]) -> Table:
 
 def _perturbed(found: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Say how the perturbed start did: until its contacts are sound, and the worst of them before that."""
-    until = found["sound_from_cycle"]
+    until = found.get("sound_from_cycle")
     rows = [
         ("perturbed start, change of every state", number(float(found["size"]), 2)),
         ("perturbed start, cycles", str(int(found["cycles"]))),
         ("perturbed start, contacts sound from cycle", "-" if until is None else str(int(until))),
     ]
-    before = found["before_sound"]
+    before = found.get("before_sound")
     if before is None:
         return rows
     used = before["max_friction"]  # None where a foot pulled

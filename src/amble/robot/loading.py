@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError, listed, printable
+from amble.errors import InputError, UnknownNameError, listed, printable, shown
 from amble.robot.model import Foot, Joint, Link, Robot
 from amble.robot.readers import FileJoint, FileLink, FileRobot, read_robot
 from amble.robot.rotation import skew, snap
@@ -135,9 +135,13 @@ def _place(file: FileRobot, root: str, joints: list[FileJoint], path: Path) -> d
         placements[joint.child] = _Placement(index, np.eye(3), np.zeros(3))
     for joint in file.joints:
         if joint.mimics is not None:
-            raise InputError(f"{path.name}: joint '{joint.name}' mimics '{joint.mimics}', which is not supported")
+            raise InputError(
+                f"{path.name}: joint '{joint.name}' mimics '{shown(joint.mimics)}', which is not supported"
+            )
         if joint.kind not in (*REVOLUTE, "fixed", "floating"):
-            raise InputError(f"{path.name}: joint '{joint.name}' is {joint.kind}; known: revolute, continuous, fixed")
+            raise InputError(
+                f"{path.name}: joint '{joint.name}' is {shown(joint.kind)}; known: revolute, continuous, fixed"
+            )
     fixed: dict[str, list[FileJoint]] = {}
     for joint in file.joints:
         if joint.kind == "fixed":

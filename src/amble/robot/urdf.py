@@ -17,6 +17,7 @@ import numpy as np
 
 from amble.errors import InputError, printable, shown
 from amble.io.reader import parse_number, read_bytes
+from amble.names import check_name
 from amble.robot.model import LARGEST_NUMBER
 from amble.robot.rotation import rotation_of_rpy
 from amble.types import Matrix, Vector, frozen
@@ -153,6 +154,7 @@ def _unused(root: ElementTree.Element, path: Path) -> tuple[str, ...]:
 
 def _link(element: ElementTree.Element, path: Path) -> FileLink:
     name = _attribute(element, "name", f"{path.name}: a link")
+    check_name(f"link of {path.name}", name)
     where = f"{path.name}: link '{name}'"
     inertial = element.find("inertial")
     if inertial is None:
@@ -173,6 +175,7 @@ def _link(element: ElementTree.Element, path: Path) -> FileLink:
 
 def _joint(element: ElementTree.Element, path: Path) -> FileJoint:
     name = _attribute(element, "name", f"{path.name}: a joint")
+    check_name(f"joint of {path.name}", name)
     where = f"{path.name}: joint '{name}'"
     kind = _attribute(element, "type", where)
     rotation, translation = _origin(element, where)
