@@ -148,7 +148,7 @@ def _unused(root: ElementTree.Element, path: Path) -> tuple[str, ...]:
             if joint.find(tag) is not None
         ]
     others = [str(element.tag) for element in root if element.tag not in READ and isinstance(element.tag, str)]
-    notes += [f"elements '{tag}' ({others.count(tag)}) are not used" for tag in dict.fromkeys(others)]
+    notes += [f"elements '{shown(tag)}' ({others.count(tag)}) are not used" for tag in dict.fromkeys(others)]
     return tuple(notes)
 
 
