@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import inspect
 import io
 import pkgutil
 import sys
@@ -22,12 +23,17 @@ def names() -> list[str]:
     return [name for name in found if hasattr(importlib.import_module(f"benchmarks.{name}"), "main")]
 
 
-def run(wanted: list[str]) -> int:
+QUICK = "--quick"
+"""Option: fewer rows of the benchmarks that have a shorter form."""
+
+
+def run(arguments: list[str]) -> int:
     """Run benchmarks; exit code 2 for a name that does not exist.
 
     The report is written after every benchmark, so that an interrupted run keeps what was finished.
     """
-    known = names()
+    known, quick = names(), QUICK in arguments
+    wanted = [argument for argument in arguments if argument != QUICK]
     for name in wanted:
         if name not in known:
             print(f"unknown benchmark '{name}'; known: {', '.join(known)}", file=sys.stderr)
@@ -41,7 +47,8 @@ def run(wanted: list[str]) -> int:
         module = importlib.import_module(f"benchmarks.{name}")
         print(f"\n== {name}: {(module.__doc__ or '').splitlines()[0]}", flush=True)
         if hasattr(module, "measure"):
-            figures[name] = module.measure()
+            shorter = quick and "quick" in inspect.signature(module.measure).parameters
+            figures[name] = module.measure(quick=True) if shorter else module.measure()
             show(figures[name])
         else:
             texts[name] = _printed(module.main)

@@ -12,6 +12,7 @@ import pytest
 
 from amble.gait.files import load_gait
 from tests.cli.run import exit_code
+from tests.robots import path as urdf
 
 IMPOSSIBLE = """
 [robot]
@@ -70,3 +71,44 @@ def test_a_start_of_another_robot_exits_2(tmp_path: Path, capsys: pytest.Capture
     spec.write_text(IMPOSSIBLE.format(intervals=4, iterations=8).replace('"astro"', '"astro_cad"'))
     assert exit_code("synthesize", str(spec), "--from", str(gait), "--out", str(tmp_path / "out.json")) == 2
     assert "gait of another robot" in capsys.readouterr().err
+
+
+def test_a_robot_a_gait_and_a_speed_are_enough(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first trot of a Go2 took twelve failing runs, and 28 numbers by hand."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("AMBLE_COMPILER", "none")
+    go2, feet = str(urdf("go2")), "fl=FL_foot,fr=FR_foot,rl=RL_foot,rr=RR_foot"
+    assert exit_code("synthesize", go2) == 2
+    said = capsys.readouterr().err
+    assert f"--feet (by position these may be {feet}); --gait (" in said
+    assert said.rstrip().endswith("; --speed (m/s)")
+    assert exit_code("synthesize", go2, "--feet", feet, "--gait", "trot", "--speed", "0.5") == 0
+    assert exit_code("init", go2, "--gait", "trot", "--speed", "0.5", "--out", "spec.toml") == 0
+    assert (
+        f"feet by position, to be confirmed: {feet.replace('=', ' = ').replace(',', ', ')}" in capsys.readouterr().out
+    )
+    assert exit_code("synthesize", "spec.toml", "--out", "again.json") == 0
+    one, again = load_gait("gait.json"), load_gait("again.json")
+    assert one.solver.objective == again.solver.objective
+    assert exit_code("check", "gait.json", "--robot", go2) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("spec.toml", "--speed", "1"), "is a specification, which holds feet, gait and speed itself"),
+        (("astro", "--gait", "trot"), "robot 'astro' needs also --speed"),
+        (("astro", "--gait", "trot", "--speed", "1", "--feet", "a=b"), "takes neither --feet nor --symmetrize"),
+        (("x.urdf", "--gait", "trot", "--speed", "1", "--feet", "fl"), "is not a list label=link"),
+        (("x.urdf", "--gait", "trot", "--speed", "1", "--feet", "fl=a,fl=b"), "with every label once"),
+        (("astro", "--gait", "trot", "--speed", "1 kn"), "unknown unit 'kn'"),
+        (("astro", "--gait", "gallop", "--speed", "1"), "unknown gait 'gallop'"),
+    ],
+)
+def test_options_that_do_not_fit_exit_2(
+    arguments: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert exit_code("synthesize", *arguments) == 2
+    assert says in capsys.readouterr().err

@@ -100,7 +100,7 @@ def test_a_specification_names_the_file(tmp_path: Path, both: tuple[Robot, Robot
     (tmp_path / "spec.toml").write_text(
         f'[robot]\nfile = "robot.toml"\n[robot.feet]\n{feet}\n[gait]\nname = "trot"\nspeed = 0.2\n'
         "[limits]\nclearance = 0.02\nnormal_force = 5\nduration = [0.1, 0.4]\nacceleration = 200\n"
-        "[limits.touchdown_velocity]\nx = [-1, 1]\ny = [-1, 1]\nz = [-1, 0]\n"
+        "[limits.touchdown_velocity]\nx = [-1, 1]\ny = [-1, 1]\nz = [-1, -0.1]\n"
         f"[posture]\nheight = 0.36\n[posture.angles]\n{angles}\n"
     )
     problem = problem_of(read_specification(tmp_path / "spec.toml"), tmp_path)

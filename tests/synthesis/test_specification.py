@@ -279,8 +279,9 @@ def test_what_the_file_gives_takes_the_place_of_a_default(tmp_path: Path) -> Non
     go2 = GO2.format(file=path("go2"))
     limits = problem(tmp_path, go2).limits
     some = "[limits]\nduration = [0.1, 0.2]\nspeed = 9\ntorques = { FL_calf_joint = 8 }\nbase = { z = [0.2, 0.4] }\n"
-    given = problem(tmp_path, go2 + some + "position_margin = 0.0\n")
-    assert given.position_margin == 0.0
+    given = problem(tmp_path, go2 + some + "node_margins = false\n")
+    assert limits.acceleration == given.limits.acceleration
+    assert not given.node_margins
     assert given.limits == replace(
         limits,
         durations={"D1": (0.1, 0.2)},

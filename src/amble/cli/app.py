@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import certify, check, compare, export, report, reproduce, robots, simulate, stabilize, synthesize
+from amble.cli import certify, check, compare, export, init, report, reproduce, robots, simulate, stabilize, synthesize
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -51,6 +51,7 @@ app = typer.Typer(
 
 COMMANDS = (
     reproduce.reproduce,
+    init.init,
     synthesize.synthesize,
     check.check,
     stabilize.stabilize,

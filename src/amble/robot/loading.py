@@ -89,6 +89,14 @@ def load_robot(
     )
 
 
+def carried_frames(path: Path) -> dict[str, tuple[int, Vector]]:
+    """Return link of the file -> the moving link that carries it, and its origin there, m; errors as ``load_robot``."""
+    file = read_robot(path)
+    moving = [joint for joint in file.joints if joint.kind in REVOLUTE]
+    placements = _place(file, _find_root(file, path), moving, path)
+    return {name: (at.carrier, at.translation) for name, at in placements.items()}
+
+
 def _few(notes: Sequence[str], shown: int = 3) -> str:
     more = f"; and {len(notes) - shown} more" if len(notes) > shown else ""
     return printable("; ".join(notes[:shown]) + more)

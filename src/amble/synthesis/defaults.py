@@ -17,10 +17,6 @@ from amble.robot.posture import nominal_posture
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.symmetric import on_symmetric
 
-POSITION_MARGIN = 2e-3
-"""What a gait keeps free of the bounds of its positions at the nodes, m and rad. Between the nodes of solved gaits of
-seven quadrupeds (15 intervals a domain) positions were up to 1.7e-3 beyond them."""
-
 
 def gait_problem(
     robot: Robot,
@@ -65,13 +61,8 @@ def gait_problem(
         posture=stands,
         intervals=intervals,
         cost=cost,
-        position_margin=default_margin(pattern.robot),
+        node_margins=not catalogue.holds(pattern.robot),
     )
-
-
-def default_margin(robot: Robot) -> float:
-    """Return the margin of positions, m and rad: none for a robot of the catalogue, whose builders kept none."""
-    return 0.0 if catalogue.holds(robot) else POSITION_MARGIN
 
 
 def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limits:

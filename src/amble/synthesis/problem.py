@@ -27,8 +27,8 @@ class GaitProblem:
         limits: bounds of the motion and the contacts.
         posture: where the solver starts: base height and joint angles.
         intervals: Hermite-Simpson intervals in every domain.
-        position_margin: what base coordinates and joints keep free of their bounds at the nodes, m and rad, so that
-            they keep to them between the nodes; at most a tenth of the range.
+        node_margins: whether positions and accelerations keep a margin of their bounds free at the nodes, so that they
+            keep to them between the nodes; speeds, torques and friction always do (``bounds``).
         gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
         cost: what is minimised.
     """
@@ -40,7 +40,7 @@ class GaitProblem:
     limits: Limits
     posture: Posture
     intervals: int = 15
-    position_margin: float = 0.0
+    node_margins: bool = False
     gains: tuple[float, float] = (100.0, 20.0)
     cost: Cost = TORQUE_SQUARED
 
@@ -50,8 +50,6 @@ class GaitProblem:
             raise InputError(f"the speed is {self.speed} m/s; it must be a number of reasonable size")
         if self.intervals < 2:
             raise InputError(f"{self.intervals} intervals a domain are too few; at least 2 are needed")
-        if not 0.0 <= self.position_margin < 1.0:
-            raise InputError(f"the margin of positions is {self.position_margin}; it must be small and not negative")
         if not all(gain > 0.0 for gain in self.gains):
             raise InputError(f"the output gains are {self.gains}; both must be positive")
         if "x" not in self.pattern.ground.translations:

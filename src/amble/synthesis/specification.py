@@ -134,7 +134,7 @@ class LimitsSection(Section):
 
     clearance: Length | None = None
     normal_force: Force | None = None
-    position_margin: Ratio | None = None
+    node_margins: bool | None = None
     duration: TimeRange | None = None
     durations: dict[str, TimeRange] = {}
     torque: Torque | None = None
@@ -174,13 +174,14 @@ class PostureSection(Section):
 class SolverSection(Section):
     """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations.
 
-    ``name`` is that of a registered solver.
+    ``name`` is that of a registered solver. Without ``refinement`` the mesh is made finer where the check of the gait
+    needs that.
     """
 
     name: str = "ipopt"
 
     intervals: int = Field(default=15, ge=2, le=1000)
-    refinement: int = Field(default=1, ge=1, le=100)
+    refinement: int | None = Field(default=None, ge=1, le=100)
     tolerance: Ratio = Field(default=1e-8, gt=0.0)
     iterations: int = Field(default=500, ge=1, le=1_000_000)
 
@@ -208,14 +209,18 @@ def read_specification(path: str | Path) -> Specification:
             named) or of another kind, or a quantity has an unknown unit or is not finite.
     """
     path = Path(path)
-    tree = read_toml(path, "specification")
+    return specification_of(read_toml(path, "specification"), path.name)
+
+
+def specification_of(tree: Mapping[str, Any], name: str) -> Specification:
+    """Validate a specification as a tree, called ``name`` in errors; these are as in ``read_specification``."""
     lacking = _lacking(tree)
     if lacking:
-        raise InputError(f"{shown(path.name)} lacks {'; '.join(lacking)}")
+        raise InputError(f"{shown(name)} lacks {'; '.join(lacking)}")
     try:
         return Specification.model_validate(tree)
     except ValidationError as error:
-        raise _in_one_sentence(path, error) from None
+        raise _in_one_sentence(name, error) from None
 
 
 def _lacking(tree: Mapping[str, Any]) -> list[str]:
@@ -235,9 +240,9 @@ def _lacking(tree: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def _in_one_sentence(path: Path, error: ValidationError) -> InputError:
+def _in_one_sentence(file: str, error: ValidationError) -> InputError:
     first = error.errors()[0]
-    place, name = [str(part) for part in first["loc"]], shown(path.name)
+    place, name = [str(part) for part in first["loc"]], shown(file)
     if first["type"] == "extra_forbidden":
         table = ".".join(place[:-1])
         return UnknownNameError(f"key in {f'[{table}] of ' if table else ''}{name}", place[-1], _keys(place[:-1]))

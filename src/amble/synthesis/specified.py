@@ -18,7 +18,7 @@ from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
 from amble.robot.posture import nominal_posture
-from amble.synthesis.defaults import default_limits, default_margin
+from amble.synthesis.defaults import default_limits
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.symmetric import on_symmetric
 
@@ -53,7 +53,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         robot, lambda walker: _pattern(specification.gait, walker, ground, contact), specification.robot.symmetrize
     )
     posture = _posture(specification.posture, pattern.robot)
-    outputs, margin = specification.outputs, specification.limits.position_margin
+    outputs, margins = specification.outputs, specification.limits.node_margins
     phase = PHASES.build(outputs.phase.name, outputs.phase.parameters)
     return GaitProblem(
         pattern=pattern,
@@ -63,7 +63,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         limits=_limits(specification.limits, default_limits(pattern, posture), pattern.robot),
         posture=posture,
         intervals=specification.solver.intervals,
-        position_margin=default_margin(pattern.robot) if margin is None else margin,
+        node_margins=not catalogue.holds(pattern.robot) if margins is None else margins,
         gains=(outputs.position_gain, outputs.velocity_gain),
         cost=COSTS.build(specification.cost.name, specification.cost.parameters),
     )

@@ -110,7 +110,7 @@ def reproduce(
         ),
     )
     stability = work.timed("measurement", lambda: _stability(found, certificate, trace, beside))
-    report = measure(found.gait, trace, _settings(posed, method, trace), dict(work.seconds), stability)
+    report = measure(found.gait, trace, _settings(posed, found.gait, method, trace), dict(work.seconds), stability)
     if work.out is not None:
         work.tell(ProgressReport(what="drawing"))
         for path in write_run(work.out, report):
@@ -178,13 +178,13 @@ class _Work:
         return trace
 
 
-def _settings(posed: PosedProblem, method: Method, trace: Trace) -> dict[str, str]:
+def _settings(posed: PosedProblem, gait: Gait, method: Method, trace: Trace) -> dict[str, str]:
     """Return the settings that the gait itself does not hold."""
     solver = posed.solver
     return {
         "specification": posed.name,
         "tolerance of the gait problem": f"{solver.tolerance:g}",
-        "intervals of a domain": str(solver.intervals * solver.refinement),
+        "intervals of a domain": str((gait.domains[0].times.size - 1) // 2),
         "method of the stabilisation": method,
         "free weights": ", ".join(FREE),
         "trace of W in the stabilisation": f"{TRACE_BOUND:g}",

@@ -14,6 +14,7 @@ from amble.synthesis.refine import refine
 from amble.synthesis.specification import SolverSection, Specification, read_specification
 from amble.synthesis.specified import problem_of
 from amble.synthesis.synthesize import synthesize
+from amble.workflow.checked import until_checked
 
 SHIPPED = "astro-amble.toml"
 """The paper's amble."""
@@ -50,6 +51,8 @@ def solve(posed: PosedProblem, start: Gait | None = None, *, progress: Progress 
     """Find the gait of a posed problem; errors as in ``synthesize_specification``."""
     solver = posed.solver
     gait = synthesize(posed.problem, start, solver.tolerance, solver.iterations, progress, solver=solver.name)
+    if solver.refinement is None:
+        return until_checked(posed.problem, gait, solver.tolerance, solver.iterations, progress=progress).gait
     return gait if solver.refinement == 1 else refine(posed.problem, gait, solver.refinement, progress)
 
 

@@ -1,0 +1,181 @@
+"""A robot, a gait and a speed are enough: the specification they make, short and with every default written out."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from amble.control.outputs import DomainOutputs
+from amble.gait.limits import Interval, Limits
+from amble.hybrid import Plane
+from amble.robot import Robot, catalogue
+from amble.robot.feet import proposed_twins
+from amble.synthesis.problem import GaitProblem
+from amble.synthesis.specification import SolverSection, Specification, specification_of
+
+BASE = ("z", "roll", "pitch", "yaw")
+
+
+def described(
+    robot: str, feet: Mapping[str, str], gait: str, speed: float | str, symmetrize: bool | None = None
+) -> Specification:
+    """Return the specification of a robot's gait in which everything else has its default.
+
+    Args:
+        robot: a name of the catalogue, or a URDF file; a relative one starts from the working folder.
+        feet: label -> link or joint of the file; of no use for a robot of the catalogue.
+        gait: name of the gait.
+        speed: m/s, or text with a unit.
+        symmetrize: as in ``[robot]``.
+
+    Raises:
+        InputError: a value cannot be used.
+    """
+    section: dict[str, Any] = {"name": robot}
+    if robot not in catalogue.names():
+        section = {"file": os.path.abspath(robot), "feet": dict(feet), "twins": proposed_twins(tuple(feet))}
+        section["twins"] = [list(pair) for pair in section["twins"]]
+    if symmetrize is not None:
+        section["symmetrize"] = symmetrize
+    return specification_of({"robot": section, "gait": {"name": gait, "speed": speed}}, Path(robot).name)
+
+
+def written(specification: Specification, problem: GaitProblem, folder: str | Path = ".") -> str:
+    """Return the whole specification of a problem as a TOML file with comments, every default written out.
+
+    Args:
+        specification: the short one that ``described`` made.
+        problem: its problem.
+        folder: where the file will be; the robot's file is named from there.
+    """
+    gait, robot, solver = specification.gait, problem.pattern.robot, SolverSection()
+    ground, limits = problem.pattern.ground, problem.limits
+    friction = ground.friction if isinstance(ground, Plane) else specification.ground.friction
+    lines = [
+        f"# {problem.pattern.name.capitalize()} of {robot.name} at {problem.speed:g} m/s, every default written out.",
+        '# A quantity is a plain SI number or text with its unit, such as "20 mm". A line that is deleted has the',
+        "# default of the robot's size and weight again.",
+        "",
+        "[robot]",
+        *_robot(specification, robot, folder),
+        "",
+        "[gait]",
+        f"name = {_text(str(gait.name))}",
+        f"speed = {problem.speed!r}  # mean forward velocity, m/s",
+        "",
+        "[ground]",
+        f"friction = {friction!r}",
+        "",
+        "[outputs]",
+        f"order = {problem.outputs.order}  # of the Bezier curves",
+        f"position_gain = {problem.gains[0]!r}  # 1/s^2",
+        f"velocity_gain = {problem.gains[1]!r}  # 1/s",
+        "",
+        "[outputs.free]  # joints that a domain leaves out: as many as it has internal forces, chosen by conditioning",
+        *(f"{domain.domain} = {_texts(_left_out(robot, domain))}" for domain in problem.outputs.domains),
+        "",
+        "[law]",
+        f"name = {_text(problem.law.name)}",
+        "",
+        *_limits(limits, problem),
+        "",
+        "[posture]  # where the solver starts: a level base and the joints",
+        f"height = {problem.posture.height!r}  # m",
+        "",
+        "[posture.angles]  # rad",
+        *(f"{_key(name)} = {float(problem.posture.angles[name])!r}" for name in robot.joint_names),
+        "",
+        "[solver]",
+        f"intervals = {problem.intervals}  # of a domain; made finer where the check of the gait needs that",
+        f"tolerance = {solver.tolerance!r}",
+        f"iterations = {solver.iterations}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _robot(specification: Specification, robot: Robot, folder: str | Path) -> list[str]:
+    section = specification.robot
+    if section.name is not None:
+        return [f"name = {_text(section.name)}  # of the catalogue"]
+    feet = ", ".join(f"{_key(foot.name)} = {_text(foot.frame)}" for foot in robot.feet)
+    twins = ", ".join(_texts(pair) for pair in robot.twins)
+    symmetrize = section.symmetrize
+    if symmetrize is None:
+        symmetrize = not _as_read(section.file, robot)
+    return [
+        f"file = {_text(os.path.relpath(str(section.file), folder))}  # from the folder of this specification",
+        f"feet = {{ {feet} }}  # label = link or joint; f and r: front and rear, l and r: left and right",
+        f"twins = [{twins}]  # left and right",
+        f"gravity = {robot.gravity!r}  # m/s^2",
+        f"symmetrize = {str(symmetrize).lower()}  # whether left and right inertias are averaged",
+        f"symmetry_tolerance = {robot.symmetry_tolerance!r}  # relative asymmetry that passes for none",
+    ]
+
+
+def _as_read(file: str | None, robot: Robot) -> bool:
+    """Whether a robot is that of its file, not one with left and right averaged."""
+    from amble.robot import load_robot
+
+    feet = {foot.name: foot.frame for foot in robot.feet}
+    read = load_robot(str(file), feet, robot.gravity, robot.name, robot.twins, robot.symmetry_tolerance)
+    return read == robot
+
+
+def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
+    robot = problem.pattern.robot
+    touchdown = dict(zip("xyz", limits.touchdown_velocity, strict=True))
+    return [
+        "[limits]",
+        f"clearance = {limits.clearance!r}  # m, of every swing foot at the middle of its swing",
+        f"normal_force = {limits.normal_force!r}  # N, the least of every stance foot",
+        f"acceleration = {limits.acceleration!r}  # rad/s^2 and m/s^2, of every coordinate",
+        f"node_margins = {str(problem.node_margins).lower()}  # a margin of positions and accelerations at the nodes",
+        "",
+        "[limits.durations]  # of every domain, s",
+        *_ranges(limits.durations),
+        "",
+        "[limits.base]  # z above the ground, m; angles, rad",
+        *_ranges({name: limits.positions[name] for name in BASE if name in limits.positions}),
+        "",
+        "[limits.joints]  # rad",
+        *_ranges({name: limits.positions[name] for name in robot.joint_names if name in limits.positions}),
+        "",
+        "[limits.speeds]  # rad/s",
+        *_sizes(limits.speeds),
+        "",
+        "[limits.torques]  # N m",
+        *_sizes(limits.torques),
+        "",
+        "[limits.touchdown_velocity]  # of a landing foot just before the impact: forward, to the left, upward, m/s",
+        *_ranges(touchdown),
+    ]
+
+
+def _left_out(robot: Robot, outputs: DomainOutputs) -> list[str]:
+    return [joint for joint in robot.joint_names if joint not in outputs.coordinates]
+
+
+def _ranges(ranges: Mapping[str, Interval]) -> list[str]:
+    finite = {name: (float(low), float(high)) for name, (low, high) in ranges.items() if isfinite(low + high)}
+    return [f"{_key(name)} = [{low!r}, {high!r}]" for name, (low, high) in finite.items()]
+
+
+def _sizes(sizes: Mapping[str, float]) -> list[str]:
+    return [f"{_key(name)} = {float(size)!r}" for name, size in sizes.items() if isfinite(size)]
+
+
+def _key(name: str) -> str:
+    bare = name.replace("_", "").replace("-", "")
+    return name if bare.isascii() and bare.isalnum() else _text(name)
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _texts(texts: Iterable[str]) -> str:
+    return f"[{', '.join(map(_text, texts))}]"

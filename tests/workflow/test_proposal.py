@@ -1,0 +1,61 @@
+"""From a robot, a gait and a speed to a specification that says everything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from amble.errors import InputError
+from amble.robot.feet import proposed_feet
+from amble.synthesis.specification import read_specification
+from amble.synthesis.specified import problem_of
+from amble.workflow.proposal import described, written
+from tests.robots import _FILES, _folder, path
+
+
+@pytest.mark.parametrize("name", [*_FILES, "astro"])
+@pytest.mark.parametrize("gait", ["trot", "amble"])
+def test_the_written_specification_poses_the_same_problem(name: str, gait: str, tmp_path: Path) -> None:
+    """Every number is written so that it is read back exactly, and nothing is left to a default that may change."""
+    if name == "astro":
+        asked = described("astro", {}, gait, "0.72 km/h")
+    else:
+        asked = described(str(path(name)), proposed_feet(path(name)), gait, 0.3)
+    problem = problem_of(asked)
+    file = tmp_path / "spec.toml"
+    file.write_text(written(asked, problem, tmp_path))
+    again = read_specification(file)
+    assert problem_of(again, tmp_path) == problem
+    assert {"robot", "gait", "ground", "outputs", "law", "limits", "posture", "solver"} == again.model_fields_set
+
+
+@pytest.mark.parametrize("name", _FILES)
+def test_feet_are_proposed_by_position(name: str) -> None:
+    assert proposed_feet(path(name)) == _FILES[name].feet
+
+
+def test_two_legs_are_left_and_right() -> None:
+    folder = _folder()
+    if folder is None:
+        pytest.skip("the wheel example-robot-data is not installed")
+    assert proposed_feet(folder / "bolt_description/robots/bolt.urdf") == {"l": "FL_FOOT", "r": "FR_FOOT"}
+
+
+def test_what_has_no_legs_gets_no_proposal(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    inertia = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    body = f'<link name="{{}}"><inertial><mass value="1"/>{inertia}</inertial></link>'
+    joint = '<joint name="{0}{1}" type="continuous"><parent link="{0}"/><child link="{1}"/><axis xyz="0 1 0"/></joint>'
+    file.write_text(
+        f"<robot name='arm'>{''.join(map(body.format, 'abc'))}{joint.format(*'ab')}{joint.format(*'bc')}</robot>"
+    )
+    with pytest.raises(InputError, match="1 chains of joints could be legs, so no feet are proposed"):
+        proposed_feet(file)
+
+
+def test_what_is_asked_for_wrongly_is_one_sentence() -> None:
+    with pytest.raises(InputError, match=r"'gait.speed': '0.3' has no unit"):
+        described("astro", {}, "trot", "0.3")
+    with pytest.raises(InputError, match="takes no symmetrize"):
+        problem_of(described("astro", {}, "trot", 0.3, symmetrize=True))
