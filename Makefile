@@ -33,7 +33,7 @@ fuzz: $(VENV)/develop.stamp  ## drawn inputs for every reader and gaits through 
 	$(FUZZ) --inputs $(FUZZ_INPUTS) --gaits $(FUZZ_GAITS) --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED)
 
 fuzz-ci: $(VENV)/develop.stamp  ## the same for three minutes at most
-	$(FUZZ) --inputs 5000 --gaits 100 --seconds 80
+	$(FUZZ) --inputs 5000 --gaits 100 --seconds 70
 
 lint: $(VENV)/develop.stamp  ## style, types, layers
 	$(VENV)/bin/ruff check .

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf
 
 from amble.errors import InputError
 from amble.residual import Residual
 from amble.robot import Robot
+from amble.robot.natural_units import velocity_unit
 
 LARGEST_FRICTION = 2.0
 """No foot on any floor of practice holds more; rubber on rough concrete has about 1."""
@@ -77,7 +78,7 @@ class Limits:
 
 def highest_landing(robot: Robot) -> float:
     """Return the largest normal velocity at which a foot of a robot still comes down, -0.02 sqrt(g l), m/s."""
-    return -SLOWEST_LANDING * sqrt(robot.gravity * robot.leg_length)
+    return -SLOWEST_LANDING * velocity_unit(robot)
 
 
 def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Residual, ...]:
