@@ -9,6 +9,7 @@ import pytest
 
 from amble.robot import catalogue, load_robot
 from tests.cli.run import exit_code
+from tests.robots import path
 
 
 def test_robots_lists_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
@@ -43,9 +44,25 @@ def test_what_a_file_says_and_amble_does_not_use_is_listed(
     file = tmp_path / "hopper.urdf"
     file.write_text(FILE.format(dynamics=dynamics))
     assert exit_code("robots", str(file)) == 0
-    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("- ")]
+    said = capsys.readouterr().out.split("What the file says and amble does not use:")[1]
+    notes = [line for line in said.splitlines() if line.startswith("- ")]
     assert len(notes) == len(says)
     assert all(words in note for words, note in zip(says, notes, strict=True))
     robot = load_robot(file, {})
     assert len(robot.unused) == len(says)
     assert robot == replace(robot, unused=())  # it changes no motion
+
+
+def test_what_cannot_work_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    go2, feet = str(path("go2")), "fl=FL_foot,fr=FR_foot,rl=RL_foot,rr=RR_foot"
+    assert exit_code("robots", go2) == 0
+    assert f"no feet are named; by position these may be --feet {feet}" in capsys.readouterr().out
+    assert exit_code("robots", go2, "--feet", feet) == 0
+    said = capsys.readouterr().out
+    assert "not left-right symmetric: the mass matrix deviates by 0.00085" in said
+    assert "--symmetrize" in said
+    file = tmp_path / "hopper.urdf"
+    file.write_text(FILE.format(dynamics="").replace('lower="-1" upper="1"', 'lower="0" upper="0"'))
+    assert exit_code("robots", str(file)) == 0
+    assert "- joint 'hip' cannot move: its range is 0 to 0 rad" in capsys.readouterr().out
+    assert exit_code("robots", "--feet", feet) == 2

@@ -56,7 +56,7 @@ def specification(
     if known and (feet is not None or symmetrize is not None):
         raise InputError(f"robot '{robot}' of the catalogue takes neither --feet nor --symmetrize")
     if feet is not None:
-        labelled = _feet(feet)
+        labelled = feet_of(feet)
     elif not known:
         labelled = proposed_feet(robot)
         if not propose:
@@ -71,7 +71,8 @@ def specification(
     return described(robot, labelled, gait, _speed(speed), symmetrize)
 
 
-def _feet(text: str) -> dict[str, str]:
+def feet_of(text: str) -> dict[str, str]:
+    """Return label -> frame of the text of ``--feet``; InputError where it is no such list."""
     found: dict[str, str] = {}
     for entry in text.split(","):
         label, equals, frame = (part.strip() for part in entry.partition("="))

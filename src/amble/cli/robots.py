@@ -3,30 +3,47 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from amble.cli import naming
 from amble.cli.console import print_table
 from amble.cli.output import result, show
+from amble.errors import InputError
+
+if TYPE_CHECKING:
+    from amble.robot import Robot
 
 
 def robots(
     file: Annotated[Path | None, typer.Argument(help="URDF file to look at.", show_default=False)] = None,
+    feet: Annotated[str | None, naming.FEET] = None,
 ) -> None:
-    """List the robots that ship with the package, or one of a file with what the file says and amble does not use."""
+    """List the robots that ship with the package, or one of a file with what the file says and amble does not use.
+
+    Of a file it also says what cannot work, and with feet whether the robot stands on them and mirrors left and right.
+    """
     from amble.errors import printable
     from amble.robot import catalogue
     from amble.robot.loading import load_robot
 
-    found = [load_robot(file, {})] if file is not None else [catalogue.load(name) for name in catalogue.names()]
+    if feet is not None and file is None:
+        raise InputError("--feet are those of a URDF file; name that too")
+    labelled = {} if feet is None else naming.feet_of(feet)
+    found = [load_robot(file, labelled)] if file is not None else [catalogue.load(name) for name in catalogue.names()]
     rows = [
         [printable(robot.name), f"{robot.mass:.2f}", str(len(robot.joints)), " ".join(robot.foot_names)]
         for robot in found
     ]
     print_table(["name", "mass (kg)", "joints", "feet"], rows, right=(1, 2))
     if file is not None:
-        show("Feet are named when the robot is loaded. What the file says and amble does not use:")
+        notes = _notes(file, found[0])
+        show("What is odd or cannot work:")
+        for note in notes or ("nothing",):
+            show(f"- {printable(note)}")
+        result(notes=notes)
+        show("What the file says and amble does not use:")
         for note in found[0].unused or ("nothing",):
             show(f"- {printable(note)}")
     result(
@@ -41,3 +58,24 @@ def robots(
             for robot in found
         ]
     )
+
+
+def _notes(file: Path, robot: Robot) -> list[str]:
+    """Say what is odd about a robot; where no feet are named, which they may be."""
+    from amble.robot.doctor import asymmetry, doubts
+    from amble.robot.feet import proposed_feet
+    from amble.robot.posture import standing_posture
+
+    notes = list(doubts(robot))
+    if not robot.feet:
+        try:
+            listing = ",".join(f"{label}={frame}" for label, frame in proposed_feet(file).items())
+        except InputError as error:
+            return [*notes, str(error)]
+        return [*notes, f"no feet are named; by position these may be --feet {listing}"]
+    try:
+        standing_posture(robot)
+    except InputError as error:
+        notes.append(str(error))
+    uneven = asymmetry(robot)
+    return notes if uneven is None else [*notes, uneven]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from amble.errors import NotSolvedError
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
+from amble.synthesis.doctor import require_possible
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
@@ -49,11 +50,13 @@ def synthesize(
 
     Raises:
         UnknownNameError: there is no solver of that name.
+        InputError: the problem cannot have a solution (``require_possible``).
         GaitNotSolvedError: the solver stopped without a solution; the error carries the violated rows and the last
             iterate.
         NotSolvedError: equality rows of the problem depend on each other.
     """
     run = SOLVERS[solver]
+    require_possible(problem)
     program = build_program(problem)
     layout = program.layout
     natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
