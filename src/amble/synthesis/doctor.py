@@ -25,7 +25,7 @@ def require_possible(problem: GaitProblem) -> None:
     """
     robot, limits = problem.pattern.robot, problem.limits
     lowest = limits.positions.get("z", (-np.inf, np.inf))[0]
-    if lowest > robot.leg_length:
+    if lowest - float(problem.pattern.ground.height(0.0, 0.0)) > robot.leg_length:
         raise InputError(
             f"the base must keep above {lowest:g} m (limits of z), but no leg of robot '{robot.name}' is longer than "
             f"{robot.leg_length:.3g} m"
