@@ -35,7 +35,7 @@ def test_the_amble_of_the_paper(astro: Robot) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-@pytest.mark.parametrize("gait", GAITS.names)
+@pytest.mark.parametrize("gait", ["amble", "trot"])
 def test_every_gait_keeps_feet_in_the_robots_order(name: str, gait: str) -> None:
     pattern = GAITS[gait](robot(name), FLAT, POINT)
     order = pattern.robot.foot_names
