@@ -15,7 +15,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from amble.errors import InputError, UnknownNameError, shown
-from amble.gait.closed_loop import REFERENCE_ORDER
+from amble.gait.constraints import REFERENCE_ORDER
 from amble.io.reader import read_toml
 from amble.io.units import parse_quantity
 
