@@ -242,6 +242,19 @@ def test_what_does_not_fit_is_refused_in_one_sentence(tmp_path: Path, name: str)
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("gait", ['name = "trot"', 'stances = [["fl", "rr"], ["fr", "rl"]]'])
+def test_the_landing_rule_is_a_key_of_the_gait(tmp_path: Path, gait: str) -> None:
+    def rule(text: str) -> str:
+        path = tmp_path / "gait.toml"
+        path.write_text(SMALLEST.replace('name = "amble"', gait + text), encoding="utf-8")
+        return problem_of(read_specification(path)).pattern.landing_rule
+
+    assert rule("") == "simultaneous"
+    assert rule('\nlanding_rule = "one by one"') == "one by one"
+    with pytest.raises(UnknownNameError, match="unknown landing rule 'any'; known: simultaneous, one by one"):
+        rule('\nlanding_rule = "any"')
+
+
 @pytest.mark.parametrize("key", ["duration =", "acceleration =", "touchdown_velocity =", "height ="])
 def test_a_robot_outside_the_catalogue_needs_more(tmp_path: Path, own_robot: str, key: str) -> None:
     if key == "height =":
