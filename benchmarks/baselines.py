@@ -18,7 +18,7 @@ from scipy import linalg
 from amble.control.outputs import selection_matrix
 from amble.control.virtual_constraints import VirtualConstraints, commanded_acceleration
 from amble.gait import Gait
-from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
+from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.files import load_gait
 from amble.hybrid import Stance, constrained_dynamics
 from amble.robot import Robot

@@ -14,7 +14,8 @@ from amble.control.outputs import selection_matrix
 from amble.control.phase import DomainPhase
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait.closed_loop import closed_loop, keeps_phase, loop_parameters, start_state
+from amble.gait.closed_loop import closed_loop, keeps_phase, start_state
+from amble.gait.constraints import loop_parameters
 from amble.hybrid import FLAT, Contacts, Domain, HybridSystem, Plane, Symmetry
 from amble.simulation import simulate
 from amble.types import Matrix, Vector

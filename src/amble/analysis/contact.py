@@ -97,7 +97,7 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
         UnknownNameError: where the trace lacks a signal, or a domain is no stance of the pattern.
     """
     stances = stance_indices(trace, pattern)
-    table = np.array([[foot in stance.feet for foot in pattern.robot.foot_names] for stance in pattern.stances])
+    table = np.array([[foot in stance.feet for foot in pattern.robot.foot_names] for stance in pattern.visited])
     feet = _monitor_feet(trace, pattern, table[stances])
     starts = np.concatenate([[0], np.flatnonzero(np.diff(trace.cycle)) + 1])
     normal = np.minimum.reduceat(feet.normal.min(axis=1), starts)
@@ -164,7 +164,7 @@ def _foot_rows(
 ) -> list[Residual]:
     """One row per stance, foot and quantity that has a meaning there."""
     rows = []
-    for number, stance in enumerate(pattern.stances):
+    for number, stance in enumerate(pattern.visited):
         inside = stances == number
         if not np.any(inside):
             continue

@@ -31,7 +31,7 @@ def landings(trace: Trace, pattern: GaitPattern, stances: IntegerVector, gaps: N
     Args:
         trace: the motion.
         pattern: its gait pattern.
-        stances: index into ``pattern.stances`` of every sample, (n,).
+        stances: index into ``pattern.visited`` of every sample, (n,).
         gaps: distances of all feet from the ground, (n, n_feet), m.
         bound: what is accepted in both directions, m.
     """
@@ -42,8 +42,8 @@ def landings(trace: Trace, pattern: GaitPattern, stances: IntegerVector, gaps: N
     first = int(trace.cycle[0])
     largest = np.zeros(int(trace.cycle[-1]) - first + 1)
     rows = []
-    for switch in pattern.all_switches:
-        source, target = pattern.stances.index(switch.source), pattern.stances.index(switch.target)
+    for switch in pattern.steps:
+        source, target = pattern.visited.index(switch.source), pattern.visited.index(switch.target)
         there = ends[(stances[ends] == source) & (entered == target)]
         for foot in switch.landing if there.size else ():
             heights = gaps[there, pattern.robot.foot_names.index(foot)]

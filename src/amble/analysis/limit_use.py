@@ -69,7 +69,7 @@ def limit_use(samples: Samples, applied: Allocated, limits: AllocationLimits) ->
         applied: torques and contact forces of the law along it.
         limits: the limits.
     """
-    stances = samples.pattern.stances
+    stances = samples.pattern.visited
     down = np.array([[foot in stance.feet for foot in samples.robot.foot_names] for stance in stances])[samples.stances]
     force, contact = samples.local_forces(applied.forces), samples.pattern.contact
     normal = np.where(down, contact.normal_force(force), np.inf)

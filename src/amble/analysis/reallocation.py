@@ -50,7 +50,7 @@ def reallocate(samples: Samples, laws: Sequence[AllocationLaw]) -> Mapping[str, 
         raise InputError(f"two laws have the same name: {', '.join(names)}")
     torques = {name: np.array(samples.torques) for name in names}
     forces = {name: np.array(samples.forces) for name in names}
-    for number, stance in enumerate(samples.pattern.stances):
+    for number, stance in enumerate(samples.pattern.visited):
         inside = np.flatnonzero(samples.stances == number)
         if inside.size == 0:
             continue

@@ -27,7 +27,7 @@ class Samples:
         pattern: the gait pattern, with the robot.
         times: (n,), s.
         segments: number of the domain visit of every sample, from 0, (n,).
-        stances: index into ``pattern.stances`` of every sample, (n,).
+        stances: index into ``pattern.visited`` of every sample, (n,).
         cycles: number of the gait cycle of every sample, from 0, (n,).
         positions: q, (n, n_q), m and rad.
         velocities: v, (n, n_q), m/s and rad/s.
@@ -183,8 +183,8 @@ def samples_of_trace(trace: Trace, pattern: GaitPattern) -> Samples:
 
 
 def stance_indices(trace: Trace, pattern: GaitPattern) -> IntegerVector:
-    """Index into ``pattern.stances`` of every sample of a trace, (n,)."""
-    names = [stance.name for stance in pattern.stances]
+    """Index into ``pattern.visited`` of every sample of a trace, (n,)."""
+    names = [stance.name for stance in pattern.visited]
     lookup = []
     for domain in trace.domains:
         if domain not in names:

@@ -15,8 +15,8 @@ from amble.control.phase import Phase, TimePhase
 from amble.control.sensitivity import sensitivity
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
-from amble.hybrid import Contacts, GaitPattern, Switch, constrained_dynamics, impact
-from amble.robot import kinematics
+from amble.hybrid import Contacts, GaitPattern, Stance, Switch, constrained_dynamics, impact
+from amble.robot import Robot, kinematics
 
 LOWEST_BASE = 0.06
 """A base lower than this above the ground under it has fallen, in lengths of the longest leg."""
@@ -28,30 +28,39 @@ ARGUMENTS = ["t", "x", "p"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class StanceLoop:
-    """Compiled functions of one stance and of the switch that ends it; all take (t, x, p).
+class Flow:
+    """Compiled functions of the motion in one stance; all take (t, x, p).
 
     Attributes:
         field: dx/dt.
         variation: (d field / d x, R, E), with the response R and the error slope E of ``sensitivity``.
         signals: torque, force (all feet), foot and foot_velocity (all feet), pivot.
         admissibility: margin to a fall.
-        guard: gap of the landing foot above the ground, or mean normal force of the lifting feet less ``lift_off``.
-        reset: state after the impact, in the same coordinates.
     """
 
     field: ca.Function
     variation: ca.Function
     signals: ca.Function
     admissibility: ca.Function
-    guard: ca.Function
-    reset: ca.Function
 
     @property
     def jacobian(self) -> ca.Function:
         """Slope of the field in x, the first result of ``variation``."""
         symbols = [ca.MX.sym(name, self.variation.numel_in(i)) for i, name in enumerate(ARGUMENTS)]
         return ca.Function("jacobian", symbols, [self.variation.call(symbols)[0]], ARGUMENTS, ["jacobian"])
+
+
+@dataclass(frozen=True, kw_only=True)
+class StanceLoop(Flow):
+    """Compiled functions of one stance and of the switch that ends it; all take (t, x, p).
+
+    Attributes:
+        guard: gap of the landing foot above the ground, or mean normal force of the lifting feet less ``lift_off``.
+        reset: state after the impact, in the same coordinates.
+    """
+
+    guard: ca.Function
+    reset: ca.Function
 
 
 def stance_loops(
@@ -84,12 +93,43 @@ def stance_loops(
         name = switch.source.name
         contacts, landed = pattern.contacts(switch.source), pattern.contacts(switch.target)
         force = lift_off if switch.leaving else 0.0
-        flow, events = _functions(contacts, landed, law, switch, count, order, phase, force)
+        flow = _flow_functions(contacts, law, switch.source, count, order, phase)
+        events = _event_functions(contacts, landed, law, switch, count, order, phase, force)
         sources |= {f"loop_{name}": flow, f"switch_{name}": events}
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)
     names = [switch.source.name for switch in pattern.switches]
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
+
+
+def landing_flow(
+    contacts: Contacts, law: AllocationLaw, following: Stance, outputs: int, order: int, phase: Phase
+) -> Flow:
+    """Compile the motion between two landings of a switch, on the curves of the stance that follows.
+
+    Args:
+        contacts: the feet on the ground.
+        law: the allocation law.
+        following: the stance in which all have landed.
+        outputs: number of outputs.
+        order: order of the reference curves.
+        phase: the phase of the references.
+    """
+    functions = _flow_functions(contacts, law, following, outputs, order, phase)
+    native = compile_all({"between": functions})["between"]
+    return Flow(**native)
+
+
+def landing_events(contacts: Contacts, foot: str) -> tuple[ca.Function, ca.Function]:
+    """Compile the landing of one foot: its gap and the state after the impact that stops these feet, of x alone."""
+    robot = contacts.robot
+    x = ca.SX.sym("x", 2 * robot.size)
+    q, v = x[: robot.size], x[robot.size :]
+    gap = contacts.ground.gap(kinematics.foot_position(robot, foot, q))
+    after = ca.densify(ca.vertcat(q, impact(contacts, q, v)[0]))
+    functions = ca.Function("gap", [x], [gap]), ca.Function("stopped", [x], ca.cse([after]))
+    native = compile_all({"landing": functions}, {"landing": ("jac",)})["landing"]
+    return native["gap"], native["stopped"]
 
 
 def _require_hash(what: str, value: object) -> None:
@@ -99,8 +139,31 @@ def _require_hash(what: str, value: object) -> None:
         raise InputError(f"{what} has no hash; make it a frozen dataclass of such values") from None
 
 
+@lru_cache(maxsize=64)
+def _flow_functions(
+    contacts: Contacts, law: AllocationLaw, stance: Stance, outputs: int, order: int, phase: Phase
+) -> tuple[ca.Function, ...]:
+    """Write the motion in one stance as functions; the phase is that of the stance named, whose curves are followed."""
+    q, v, symbols, constraints = _arguments(contacts.robot, outputs, order, phase)
+    size = contacts.robot.size
+    loop = _loop(contacts, law, stance, symbols, constraints)
+    slope = sensitivity(contacts, loop, q, v, constraints)
+    above = ca.horzcat(ca.SX(size, size), ca.SX.eye(size))
+    slopes = {
+        "jacobian": ca.densify(ca.vertcat(above, slope.acceleration)),
+        "response": ca.densify(slope.response),
+        "error": ca.densify(slope.error),
+    }
+    return (
+        _function("field", symbols, {"rate": ca.vertcat(v, loop.acceleration)}),
+        _function("variation", symbols, slopes),
+        _function("signals", symbols, _signals(contacts, q, v, loop)),
+        _function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
+    )
+
+
 @lru_cache(maxsize=32)
-def _functions(
+def _event_functions(
     contacts: Contacts,
     landed: Contacts,
     law: AllocationLaw,
@@ -109,30 +172,30 @@ def _functions(
     order: int,
     phase: Phase,
     lift_off: float,
-) -> tuple[tuple[ca.Function, ...], tuple[ca.Function, ...]]:
-    """Write the functions of one stance as expressions: those of the flow, and those of the event that ends it."""
-    robot = contacts.robot
-    t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
-    q, v = x[: robot.size], x[robot.size :]
-    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, order, phase)
-    p = constraints.packed()
-    loop = linearise(contacts, law, q, v, constraints.phase_rates(robot, switch.source, t, q, v), constraints)
-    slope = sensitivity(contacts, loop, q, v, constraints)
-    jacobian = ca.densify(
-        ca.vertcat(ca.horzcat(ca.SX(robot.size, robot.size), ca.SX.eye(robot.size)), slope.acceleration)
-    )
-    signals, margin = _signals(contacts, q, v, loop), fall_margin(contacts, q)
+) -> tuple[ca.Function, ...]:
+    """Write the event that ends one stance as functions."""
+    q, v, symbols, constraints = _arguments(contacts.robot, outputs, order, phase)
+    loop = _loop(contacts, law, switch.source, symbols, constraints)
     guard, after = _guard(contacts, switch, q, loop, lift_off), _reset(landed, switch, q, v)
-    symbols = [t, x, p]
-    slopes = {"jacobian": jacobian, "response": ca.densify(slope.response), "error": ca.densify(slope.error)}
-    flow = (
-        _function("field", symbols, {"rate": ca.vertcat(v, loop.acceleration)}),
-        _function("variation", symbols, slopes),
-        _function("signals", symbols, signals),
-        _function("admissibility", symbols, {"margin": margin}),
-    )
-    events = _function("guard", symbols, {"guard": guard}), _function("reset", symbols, {"state": after})
-    return flow, events
+    return _function("guard", symbols, {"guard": guard}), _function("reset", symbols, {"state": after})
+
+
+def _arguments(
+    robot: Robot, outputs: int, order: int, phase: Phase
+) -> tuple[ca.SX, ca.SX, list[ca.SX], VirtualConstraints]:
+    """Symbols q and v, then (t, x, p), and p by its parts."""
+    x = ca.SX.sym("x", 2 * robot.size)
+    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, order, phase)
+    return x[: robot.size], x[robot.size :], [ca.SX.sym("t"), x, constraints.packed()], constraints
+
+
+def _loop(
+    contacts: Contacts, law: AllocationLaw, stance: Stance, symbols: list[ca.SX], constraints: VirtualConstraints
+) -> Linearised:
+    size = contacts.robot.size
+    t, x, _ = symbols
+    phase = constraints.phase_rates(contacts.robot, stance, t, x[:size], x[size:])
+    return linearise(contacts, law, x[:size], x[size:], phase, constraints)
 
 
 def _function(name: str, symbols: list[ca.SX], results: dict[str, ca.SX]) -> ca.Function:

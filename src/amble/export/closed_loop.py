@@ -11,12 +11,12 @@ from amble.codegen import compile_all, compiler
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw
-from amble.errors import WorkError
+from amble.errors import InputError, WorkError
 from amble.export.controller import export_controller
 from amble.export.text import filled, template
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
-from amble.hybrid import Contacts, Domain, GaitPattern, HybridSystem, constrained_dynamics
+from amble.hybrid import SIMULTANEOUS, Contacts, Domain, GaitPattern, HybridSystem, constrained_dynamics
 from amble.io.storage import workplace
 from amble.names import identifier
 
@@ -35,9 +35,15 @@ def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
         law: another allocation law than the gait's.
 
     Raises:
+        InputError: where feet land one by one, which the controller does not know.
         WorkError: where there is no C compiler, or it fails.
     """
     system = closed_loop(gait, law)
+    if len(system.domains) > len(gait.pattern.stances):
+        raise InputError(
+            f"the exported controller knows the landing rule '{SIMULTANEOUS}' only; this gait's feet land "
+            f"{gait.pattern.landing_rule}"
+        )
     tool = compiler()
     if tool is None:
         raise WorkError("the exported controller needs a C compiler; none was found")

@@ -11,7 +11,7 @@ from amble.control import AllocationLaw, ContactLimits, margins
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.gait import Gait
-from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
+from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import Stance
 from amble.names import identifier
 from amble.types import Vector

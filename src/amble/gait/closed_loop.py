@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -10,22 +10,18 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.outputs import LARGEST_ORDER, selection_matrix
+from amble.control.closed_loop import Flow, StanceLoop, stance_loops
 from amble.control.phase import DomainPhase
-from amble.control.virtual_constraints import pack
+from amble.errors import InputError
+from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.control_law import CONTROL_LAWS, ControlLaw
+from amble.gait.landing_domains import between, entering, follows, landing_domain, landing_steps, landing_transition
 from amble.gait.record import Gait
 from amble.hybrid import Domain, GaitPattern, HybridSystem, Stance, Switch, Symmetry, Transition
 from amble.io.units import units
-from amble.numerics.bezier import elevate
 from amble.robot import Robot, kinematics
 from amble.robot.model import RATE
 from amble.types import Vector, frozen
-
-REFERENCE_ORDER = LARGEST_ORDER
-"""Order of the reference curves in the compiled loop: lower orders are written exactly in it, and the base's own
-motion over a domain is met to about 1e-9."""
 
 ARGUMENTS = ["t", "x", "p"]
 
@@ -37,7 +33,11 @@ PROBES, PRESERVED = 3, 1e-9
 
 
 def closed_loop(
-    gait: Gait, law: AllocationLaw | None = None, half: bool = False, control: ControlLaw | None = None
+    gait: Gait,
+    law: AllocationLaw | None = None,
+    half: bool = False,
+    control: ControlLaw | None = None,
+    orders: Mapping[str, Sequence[str]] | None = None,
 ) -> HybridSystem:
     """Close the loop of a gait.
 
@@ -47,40 +47,53 @@ def closed_loop(
         half: of a mirrored gait only the solved half: the last reset also mirrors, and one cycle of the system is half
             a gait cycle. Otherwise all stances, the second half through mirrored copies of the same compiled code.
         control: the feedback law; by default input-output linearisation with the gait's own gains.
+        orders: where feet land one by one: name of a switch -> its feet in the one order that is followed. A foot that
+            is past the ground when its turn comes is stopped at once.
 
     Raises:
-        InputError: another allocation law for a feedback law that does not allocate.
+        InputError: another allocation law for a feedback law that does not allocate, or one that has no motion between
+            the landings of a switch.
     """
-    pattern, robot = gait.pattern, gait.robot
+    pattern = gait.pattern
     control = control or InputOutputLinearisation(*gait.gains)
     loops = control.loops(gait, law)
-    parameters = {stance.name: control.packed(gait, stance.name) for stance in pattern.solved}
-    domains, transitions = [], []
-    for loop, switch in zip(loops, pattern.switches, strict=True):
-        name, last = switch.source.name, switch == pattern.switches[-1]
-        mirrors = half and pattern.mirrored and last
-        target = pattern.stances[0].name if half and last else switch.target.name
-        domains.append(
-            Domain(
-                name=name,
-                field=loop.field,
-                parameters=parameters[name],
-                signals=loop.signals,
-                jacobian=loop.jacobian,
-                admissibility=loop.admissibility,
-                breakpoints=control.breakpoints(gait, switch.source),
-            )
-        )
-        reset = _mirrored_result(robot, loop.reset) if mirrors else loop.reset
-        transitions.append(Transition(source=name, target=target, guard=loop.guard, reset=reset, direction=-1))
-    if pattern.mirrored and not half:
-        second = pattern.all_switches[len(pattern.solved) :]
-        for number, (loop, switch) in enumerate(zip(loops, second, strict=True)):
-            domains.append(_mirrored_domain(pattern, loop, switch, domains[number]))
-            transitions.append(_mirrored_transition(robot, loop, switch))
-    names = (*robot.coordinate_names, *(f"{RATE}{name}" for name in robot.coordinate_names))
+    stances = zip(loops, pattern.solved, strict=True)
+    solved = [_solved_domain(gait, control, loop, stance) for loop, stance in stances]
+    whole = pattern.mirrored and not half
+    domains = [*solved]
+    if whole:
+        for loop, stance, original in zip(loops, pattern.stances[len(solved) :], solved, strict=True):
+            domains.append(_mirrored_domain(pattern, loop, stance.name, original))
+    domains += _landing_domains(gait, control, law or gait.law, whole)
+    transitions = _transitions(gait, loops, {domain.name: domain for domain in domains}, half, orders or {})
+    names = (*gait.robot.coordinate_names, *(f"{RATE}{name}" for name in gait.robot.coordinate_names))
+    entered = {transition.target for transition in transitions}  # one order of landing leaves the other domains out
+    kept = tuple(domain for domain in domains if domain.name in entered)
     symmetries = tuple(symmetry for symmetry in _symmetries(gait) if control.keeps(gait, symmetry))
-    return HybridSystem(tuple(domains), tuple(transitions), symmetries, names)
+    return HybridSystem(kept, tuple(transitions), symmetries, names)
+
+
+def _transitions(
+    gait: Gait,
+    loops: Sequence[StanceLoop],
+    known: Mapping[str, Domain],
+    half: bool,
+    orders: Mapping[str, Sequence[str]],
+) -> list[Transition]:
+    """All switches; a switch whose feet land one by one is several."""
+    pattern, found = gait.pattern, list[Transition]()
+    whole = pattern.mirrored and not half
+    switches = pattern.all_switches if whole else pattern.switches
+    for number, switch in enumerate(switches):
+        loop, last = loops[number % len(loops)], number == len(switches) - 1
+        if len(landing_steps(gait, switch)) > 1:
+            mirrors = last and pattern.mirrored and not whole
+            found += _landings(gait, known, switch, mirrors, orders.get(switch.name))
+        elif number < len(loops):
+            found.append(_transition(gait, loop, switch, last, half))
+        else:
+            found.append(_mirrored_transition(gait.robot, loop, switch))
+    return found
 
 
 @dataclass(frozen=True)
@@ -134,18 +147,75 @@ class InputOutputLinearisation(ControlLaw):
 CONTROL_LAWS.register("input-output linearisation", InputOutputLinearisation)
 
 
-def loop_parameters(gait: Gait, domain: str) -> Vector:
-    """Pack the numbers of a domain's virtual constraints as ``VirtualConstraints.packed`` does."""
-    robot = gait.robot
-    if gait.feedback is not None:
-        duration, numbers = gait.feedback.durations[domain], gait.feedback.phase_numbers.get(domain, frozen([]))
-        references, weights = gait.feedback.references[domain], gait.feedback.weights[domain]
-    else:
-        trajectory = next(part for part in gait.domains if part.name == domain)
-        duration, numbers = trajectory.duration, trajectory.phase_numbers
-        weights = selection_matrix(robot, gait.outputs.of(domain))
-        references = weights.T @ trajectory.coefficients
-    return frozen(pack(duration, gait.gains, elevate(references, REFERENCE_ORDER), weights, numbers))
+CONTROL_LAWS.register("input-output linearisation", InputOutputLinearisation)
+
+
+def _solved_domain(gait: Gait, control: ControlLaw, loop: StanceLoop, stance: Stance) -> Domain:
+    parameters = control.packed(gait, stance.name)
+    return Domain(
+        name=stance.name,
+        field=loop.field,
+        parameters=parameters,
+        signals=loop.signals,
+        jacobian=loop.jacobian,
+        admissibility=loop.admissibility,
+        breakpoints=control.breakpoints(gait, stance),
+    )
+
+
+def _transition(gait: Gait, loop: StanceLoop, switch: Switch, last: bool, half: bool) -> Transition:
+    """The switch that ends a solved stance; the last of a half cycle leads to the first, mirrored if the gait is."""
+    mirrors = half and gait.pattern.mirrored and last
+    target = gait.pattern.stances[0].name if half and last else switch.target.name
+    reset = _mirrored_result(gait.robot, loop.reset) if mirrors else loop.reset
+    return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, direction=-1)
+
+
+def _landing_domains(gait: Gait, control: ControlLaw, law: AllocationLaw, whole: bool) -> list[Domain]:
+    """The domains between landings into every solved stance; with the mirrored half, into the mirrored ones too."""
+    pattern, found = gait.pattern, list[Domain]()
+    if not any(between(gait, entering(gait, number)) for number in range(len(pattern.solved))):
+        return found
+    if not isinstance(control, InputOutputLinearisation):
+        raise InputError(f"control law '{control.name}' has no motion between landings; feet must land simultaneously")
+    gait = replace(gait, gains=(control.position_gain, control.velocity_gain))
+    for number in range(len(pattern.solved)):
+        switch = entering(gait, number)
+        for stance in between(gait, switch):
+            domain, flow = landing_domain(gait, law, number, stance)
+            found.append(domain)
+            if whole:
+                twin = _twin(gait, pattern.all_switches[number - 1 + len(pattern.solved)], stance)
+                found.append(_mirrored_domain(pattern, flow, twin.name, domain))
+    return found
+
+
+def _landings(
+    gait: Gait, known: Mapping[str, Domain], switch: Switch, mirrors: bool, order: Sequence[str] | None
+) -> list[Transition]:
+    """All landings of a switch in every order; where the state is mirrored, that is done by the first of them."""
+    found = []
+    for step in landing_steps(gait, switch):
+        if order is not None and not follows(step, switch, order):
+            continue
+        first, target = step.source == switch.source, step.target
+        source, foot, down = step.source, step.landing[0], step.target.feet
+        if mirrors:
+            entered = entering(gait, 0)
+            target = _twin(gait, entered, target)
+            if not first:
+                twin = gait.robot.mirror.feet
+                source, foot, down = _twin(gait, entered, source), twin[foot], target.feet
+        found.append(
+            landing_transition(gait, foot, down, known[source.name], target.name, first, mirrors=mirrors and first)
+        )
+    return found
+
+
+def _twin(gait: Gait, switch: Switch, stance: Stance) -> Stance:
+    """Return the stance during the landings of a switch on the mirrored feet of another."""
+    feet = {gait.robot.mirror.feet[foot] for foot in stance.feet}
+    return next(step.target for step in landing_steps(gait, switch) if set(step.target.feet) == feet)
 
 
 def start_state(gait: Gait) -> Vector:
@@ -215,7 +285,7 @@ def _mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
     return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
 
 
-def _mirrored_domain(pattern: GaitPattern, loop: StanceLoop, switch: Switch, original: Domain) -> Domain:
+def _mirrored_domain(pattern: GaitPattern, loop: Flow, name: str, original: Domain) -> Domain:
     """The mirror image of a stance: mirror the state, evaluate the same code, mirror the result."""
     robot = pattern.robot
     t, x, p = _symbols(loop.field)
@@ -225,7 +295,7 @@ def _mirrored_domain(pattern: GaitPattern, loop: StanceLoop, switch: Switch, ori
     recorded = dict(zip(loop.signals.name_out(), loop.signals(t, image, p), strict=True))
     signals = {name: _mirrored_signal(pattern, name, value) for name, value in recorded.items()}
     return Domain(
-        name=switch.source.name,
+        name=name,
         field=ca.Function(
             "mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]
         ),

@@ -6,6 +6,7 @@ Grounds, contacts, phases, allocation laws and costs are written and read by the
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from amble.control import PHASES, DomainOutputs, Outputs, Phase
@@ -17,6 +18,7 @@ from amble.gait.limits import Limits
 from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, SolverReport
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.contact import AXES
+from amble.hybrid.landing import LANDING_RULES
 from amble.io.codec import (
     FLAG,
     TEXT,
@@ -39,8 +41,7 @@ from amble.types import Json
 CONTROL_LAWS = {
     "input-output linearisation": Record(dict, {"position_gain": Number("1/s^2"), "velocity_gain": Number("1/s")})
 }
-LANDING_RULES = {"simultaneous": Record(dict, {})}
-"""Simultaneous: the touchdown of the first landing foot ends the domain, and all landing feet are stopped at once."""
+RULES = {rule: Record(dict, {}) for rule in LANDING_RULES}
 
 
 def pattern_codec(robot: Robot, ground: Ground, contact: Contact) -> Record:
@@ -199,7 +200,7 @@ GAIT_FIELDS: Mapping[str, Field] = {
     "outputs": lambda known: outputs_codec(known["pattern"], known["phase"]),
     "control_law": Named("control law", CONTROL_LAWS),
     "allocation_law": LAWS,
-    "landing_rule": Named("landing rule", LANDING_RULES),
+    "landing_rule": Named("landing rule", RULES),
     "speed": Number("m/s"),
     "limits": lambda known: limits_codec(known["pattern"]),
     "mesh": lambda known: Named("mesh", {"hermite-simpson": mesh_codec(known["pattern"])}),
@@ -227,7 +228,7 @@ def _take(gait: Gait) -> Json:
             "velocity_gain": velocity,
         },
         "allocation_law": gait.law,
-        "landing_rule": {"name": "simultaneous"},
+        "landing_rule": {"name": gait.pattern.landing_rule},
         "cost": None if gait.cost == TORQUE_SQUARED else gait.cost,
         "limits": limits,
         "mesh": {
@@ -243,7 +244,7 @@ def _build(**parts: Any) -> Gait:
     law = parts["control_law"]
     domains = parts["domains"]
     return Gait(
-        pattern=parts["pattern"],
+        pattern=replace(parts["pattern"], landing_rule=parts["landing_rule"]["name"]),
         outputs=parts["outputs"],
         law=parts["allocation_law"],
         speed=parts["speed"],

@@ -4,15 +4,18 @@ from amble.hybrid.constrained_dynamics import ConstrainedDynamics, constrained_d
 from amble.hybrid.contact import CONTACTS, POINT, QUANTITIES, Contact, PointContact
 from amble.hybrid.contacts import Contacts
 from amble.hybrid.ground import FLAT, GROUNDS, Ground, HeightField, Plane
-from amble.hybrid.pattern import GaitPattern, Stance, Switch, gait_pattern
+from amble.hybrid.landing import ONE_BY_ONE, SIMULTANEOUS, Stance, Switch
+from amble.hybrid.pattern import GaitPattern, gait_pattern
 from amble.hybrid.system import Domain, HybridSystem, Invariant, Symmetry, Transition
 
 __all__ = [
     "CONTACTS",
     "FLAT",
     "GROUNDS",
+    "ONE_BY_ONE",
     "POINT",
     "QUANTITIES",
+    "SIMULTANEOUS",
     "ConstrainedDynamics",
     "Contact",
     "Contacts",

@@ -9,45 +9,9 @@ from amble.errors import InputError, UnknownNameError
 from amble.hybrid.contact import POINT, Contact
 from amble.hybrid.contacts import Contacts
 from amble.hybrid.ground import FLAT, Ground
+from amble.hybrid.landing import SIMULTANEOUS, Stance, Switch, check_rule, steps
 from amble.names import check_distinct, check_name
 from amble.robot import Robot
-
-
-@dataclass(frozen=True)
-class Stance:
-    """One domain of a gait: its name and the feet on the ground, in the robot's foot order."""
-
-    name: str
-    feet: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        """Check the name."""
-        check_name("stance", self.name)
-
-
-@dataclass(frozen=True)
-class Switch:
-    """What happens between two stances: feet that land (plastic impact) and feet that lift.
-
-    With a landing foot the guard is the gap of the first landing foot above the ground. Without one it is the mean
-    normal force of the lifting feet less the smallest that a stance foot may have, so that they leave by one common
-    event, and the reset is the identity (paper, section 2.4).
-    """
-
-    source: Stance
-    target: Stance
-    landing: tuple[str, ...]
-    lifting: tuple[str, ...]
-
-    @property
-    def name(self) -> str:
-        """Source and target."""
-        return f"{self.source.name}->{self.target.name}"
-
-    @property
-    def leaving(self) -> tuple[str, ...]:
-        """Feet that leave the ground by their force: those that lift where none lands."""
-        return () if self.landing else self.lifting
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +26,7 @@ class GaitPattern:
         name: what the gait is called.
         ground: what the robot walks on.
         contact: what each of its feet on the ground is.
+        landing_rule: what happens where several feet land at one switch, one of ``landing.LANDING_RULES``.
     """
 
     robot: Robot
@@ -70,11 +35,13 @@ class GaitPattern:
     name: str = "gait"
     ground: Ground = FLAT
     contact: Contact = POINT
+    landing_rule: str = SIMULTANEOUS
 
     def __post_init__(self) -> None:
         """Check names, that every switch changes the stance and that the mirror holds where it is claimed."""
         check_name("gait", self.name)
-        check_distinct("stance", (stance.name for stance in self.stances))
+        check_rule(self.landing_rule)
+        check_distinct("stance", (stance.name for stance in self.visited))
         for switch in self.all_switches:
             if not switch.landing and not switch.lifting:
                 raise InputError(f"stances '{switch.name}' have the same feet: {', '.join(switch.source.feet)}")
@@ -96,6 +63,17 @@ class GaitPattern:
     def switches(self) -> tuple[Switch, ...]:
         """The switches that leave the solved stances; where mirrored, the last one enters the mirrored first stance."""
         return self.all_switches[: len(self.solved)]
+
+    @property
+    def steps(self) -> tuple[Switch, ...]:
+        """All switches of the closed loop: of several feet that land one by one, every landing in every order."""
+        feet, rule = self.robot.foot_names, self.landing_rule
+        return tuple(step for switch in self.all_switches for step in steps(switch, rule, feet))
+
+    @property
+    def visited(self) -> tuple[Stance, ...]:
+        """All stances of the closed loop: the stances of the gait, then those between two landings."""
+        return tuple(dict.fromkeys((*self.stances, *(step.source for step in self.steps))))
 
     def stance(self, name: str) -> Stance:
         """Look a stance up by name."""
@@ -135,6 +113,7 @@ def gait_pattern(
     name: str = "gait",
     ground: Ground = FLAT,
     contact: Contact = POINT,
+    landing_rule: str = SIMULTANEOUS,
 ) -> GaitPattern:
     """Build a pattern from a table of stance feet, one row a domain; domains are called D1, D2, ...
 
@@ -145,6 +124,7 @@ def gait_pattern(
         name: what the gait is called.
         ground: what the robot walks on; by default level ground.
         contact: what each foot on the ground is; by default a point.
+        landing_rule: what happens where several feet land at one switch.
 
     Raises:
         UnknownNameError: where the table names a foot the robot does not have.
@@ -161,7 +141,13 @@ def gait_pattern(
     if len(stances) < 2:
         raise InputError("a gait pattern needs at least two stances")
     return GaitPattern(
-        robot=robot, stances=tuple(stances), mirrored=mirrored, name=name, ground=ground, contact=contact
+        robot=robot,
+        stances=tuple(stances),
+        mirrored=mirrored,
+        name=name,
+        ground=ground,
+        contact=contact,
+        landing_rule=landing_rule,
     )
 
 

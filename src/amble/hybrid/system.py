@@ -118,6 +118,8 @@ class Transition:
         direction: -1 or +1.
         dead_time: clock before which the guard is not looked at, s. It makes the rule above robust: from a start that
             is perturbed off the section, a guard that should be zero there would cross at once.
+        at_entry: whether the guard fires at the entry, clock 0, too where it is past zero there or about to be: a foot
+            that reached the ground together with the one whose landing led here.
         slope_bound: a bound on |dH/dt| along every motion through the source, in the guard's unit per second. With it
             no crossing is missed, however short; without (infinite), none longer than ``max_step``.
     """
@@ -129,6 +131,7 @@ class Transition:
     direction: int = -1
     dead_time: float = 0.0
     slope_bound: float = inf
+    at_entry: bool = False
 
     @classmethod
     def from_expressions(
@@ -143,6 +146,7 @@ class Transition:
         dead_time: float = 0.0,
         parameters: ca.SX | None = None,
         slope_bound: float = inf,
+        at_entry: bool = False,
     ) -> Transition:
         """Build a transition from symbols of the source domain: its state, clock and parameters.
 
@@ -161,6 +165,7 @@ class Transition:
             direction=direction,
             dead_time=dead_time,
             slope_bound=slope_bound,
+            at_entry=at_entry,
         )
 
     @property

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from amble.hybrid import Domain, HybridSystem, Transition
+from amble.hybrid.system import numeric
 from amble.simulation.bound import Bound, bind
-from amble.simulation.flow import LEFT_DOMAIN, STUCK
+from amble.simulation.flow import LEFT_DOMAIN, RESOLUTION, STUCK
 from amble.types import Vector
 
 
@@ -29,6 +30,18 @@ class PreparedDomain:
         if self.admissibility is not None and not self.admissibility(0.0, entry)[0][0] > 0:
             return LEFT_DOMAIN
         return ""
+
+    def fired_at(self, entry: Vector) -> int | None:
+        """Return which transition fires at the entry (``Transition.at_entry``), by its place; None where none does."""
+        if not any(transition.at_entry for transition in self.leaving):
+            return None
+        rate = numeric(self.domain.field(0.0, entry, self.domain.parameters))
+        ahead = entry + RESOLUTION * rate
+        for number, transition in enumerate(self.leaving):
+            value = float(transition.guard(RESOLUTION, ahead, self.domain.parameters))
+            if transition.at_entry and transition.direction * value >= 0.0:
+                return number
+        return None
 
     def reset(self, fired: int, clock: float, state: Vector) -> Vector:
         """Return the state after the reset of a transition that leaves the domain, (n_x,)."""

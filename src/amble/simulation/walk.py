@@ -76,13 +76,18 @@ def walk(
             ended = f"the motion {stopped} {_place(current, done, clock)}"
             break
         barrier = here.barred(entry)
-        arc = _halted(entry, barrier) if barrier else flow(entry, tolerance, time_limit, samples, longest)
+        at_once = None if barrier else here.fired_at(entry)
+        if barrier or at_once is not None:
+            arc = _halted(entry, barrier, at_once)
+        else:
+            arc = flow(entry, tolerance, time_limit, samples, longest)
         arcs.append(DomainArc(here.number, done, clock, arc))
         clock += arc.clock[-1]
         if arc.fired is None:
             ended = f"the motion {explained(here, flow, entry, arc, _place(current, done, clock), time_limit)}"
             break
-        stays.setdefault(current, []).append(float(arc.clock[-1]))
+        if not any(transition.at_entry for transition in here.leaving):  # a stay between landings may be nothing
+            stays.setdefault(current, []).append(float(arc.clock[-1]))
         passed += 1
         before = arc.state[-1]
         entry = here.reset(arc.fired, arc.clock[-1], before)
@@ -151,6 +156,6 @@ def _place(domain: str, cycle: int, clock: float) -> str:
     return f"in domain '{domain}' of cycle {cycle} at {clock:.6g} s"
 
 
-def _halted(entry: Vector, ended: str) -> Arc:
-    """A motion that does not begin."""
-    return Arc(np.zeros(1), entry[np.newaxis].copy(), None, ended, 0)
+def _halted(entry: Vector, ended: str, fired: int | None) -> Arc:
+    """A motion that does not begin, or goes on to the next domain at once."""
+    return Arc(np.zeros(1), entry[np.newaxis].copy(), fired, ended, 0)

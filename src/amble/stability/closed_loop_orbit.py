@@ -14,7 +14,8 @@ import numpy as np
 from amble.control.outputs import selection_matrix
 from amble.control.phase import DomainPhase
 from amble.gait import Feedback, Gait
-from amble.gait.closed_loop import REFERENCE_ORDER, closed_loop, start_state
+from amble.gait.closed_loop import closed_loop, start_state
+from amble.gait.constraints import REFERENCE_ORDER
 from amble.hybrid import HybridSystem
 from amble.numerics.bezier import fit
 from amble.progress import Progress

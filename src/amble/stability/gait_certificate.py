@@ -18,6 +18,7 @@ from amble.simulation import Trace
 from amble.stability.certificate import Certificate, finite, row_to_dict
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import section_distances
+from amble.stability.landing_orders import landing_order_rows
 from amble.stability.orbit_conditions import GROUND, LANDING, RECORD, orbit_conditions
 from amble.stability.spectrum import Spectrum, multipliers
 from amble.types import Json, Vector
@@ -32,7 +33,8 @@ def certified_orbit(
     """Return a gait's closed loop, its fixed point and the conditions that hold on that orbit; the rest is stability.
 
     Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
-    the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground.
+    the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground,
+    and where they land one by one the map contracts in every order.
 
     Args:
         gait: the gait.
@@ -53,7 +55,9 @@ def certified_orbit(
     tell(ProgressReport(what="closed loop"))
     system = closed_loop(gait)
     found = closed_loop_fixed_point(gait, tell)[1]
-    return system, found.state, _sound((*conditions, *orbit_conditions(gait, system, found.state)))
+    orbit = orbit_conditions(gait, system, found.state)
+    tell(ProgressReport(what="orders of landing"))
+    return system, found.state, _sound((*conditions, *orbit, *landing_order_rows(gait, found.state)))
 
 
 def _sound(rows: tuple[Residual, ...]) -> tuple[Residual, ...]:

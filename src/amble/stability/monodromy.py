@@ -130,13 +130,20 @@ class Variational:
         if barrier:
             raise FallError(f"the motion {barrier} at the entry of domain '{name}'")
         size = entry.size
+        at_once = here.fired_at(entry)
+        if at_once is not None:
+            leaving = here.leaving[at_once]
+            return _DifferentiatedArc(
+                event_factor(here.domain, leaving, 0.0, entry), here.reset(at_once, 0.0, entry), 0.0, leaving
+            )
         start = np.concatenate([entry, np.eye(size).reshape(-1)])
         arc = flow(start, tolerance, time_limit, 2, max_step)
         if arc.fired is None:
             place = f"in domain '{name}' after {arc.clock[-1]:.6g} s"
             raise FallError(f"the motion {explained(here, flow, start, arc, place, time_limit)}")
         clock, before = float(arc.clock[-1]), arc.state[-1, :size]
-        _require_one_guard(here, arc.fired, clock, before)
+        if not any(item.at_entry for item in self.system.leaving(here.leaving[arc.fired].target)):
+            _require_one_guard(here, arc.fired, clock, before)
         transported = arc.state[-1, size:].reshape(size, size, order="F")
         leaving = here.leaving[arc.fired]
         passed = float(leaving.guard(0.0, entry, here.domain.parameters))

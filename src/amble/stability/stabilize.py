@@ -11,6 +11,7 @@ import numpy as np
 from amble.defaults import FREE, METHOD, METHODS, Method
 from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
+from amble.hybrid import SIMULTANEOUS
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability.bilinear import least_bound
 from amble.stability.weight_search import Closed, WeightSearch
@@ -107,6 +108,7 @@ def stabilization(
         progress: called with every accepted step, and between them.
 
     Raises:
+        InputError: feet land one by one.
         UnknownNameError: a free coordinate or the method does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
@@ -114,6 +116,11 @@ def stabilization(
     began = time.perf_counter()
     if method != METHOD:
         raise UnknownNameError("method", method, METHODS)
+    if len(gait.pattern.visited) > len(gait.pattern.stances):
+        raise InputError(
+            f"weights are found under the landing rule '{SIMULTANEOUS}'; this gait's feet land "
+            f"{gait.pattern.landing_rule}: stabilise it under that rule, then certify it under its own"
+        )
     tell = progress or silent
     tell(ProgressReport(what="orbit of the closed loop"))
     search = WeightSearch.of(gait, free)

@@ -11,7 +11,7 @@ from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.outputs import controllable
 from amble.errors import UnknownNameError, WorkError
 from amble.gait import Feedback, Gait
-from amble.gait.closed_loop import REFERENCE_ORDER, loop_parameters
+from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import HybridSystem
 from amble.robot.natural_units import natural_units
 from amble.stability.bilinear import TRACE

@@ -12,6 +12,7 @@ from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
 from amble.robot.model import RATE
 from amble.synthesis.assembly import Block, Label
+from amble.synthesis.landing_rows import landing_rows
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.node_block import FORCE_UNIT, ProgramParameters, output_indices
 from amble.synthesis.problem import GaitProblem
@@ -97,6 +98,11 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
             labels += RowKind.TOUCHDOWN.labels(f"touchdown height {foot}", *axes)
             lower += [0.0, *(interval[0] for interval in problem.limits.touchdown_velocity)]
             upper += [0.0, *(interval[1] for interval in problem.limits.touchdown_velocity)]
+        orders, names_of_orders, least_of_orders = landing_rows(problem, switch, qm, vm)
+        rows += orders
+        labels += names_of_orders
+        lower += least_of_orders
+        upper += [np.inf] * len(orders)
     else:
         rows.append(v_next - vm)
         labels += RowKind.CONTINUITY.labels(*(f"continuity {RATE}{name}" for name in names))

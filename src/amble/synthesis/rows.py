@@ -27,6 +27,7 @@ class RowKind(StrEnum):
     IMPACT = "impact"
     TOUCHDOWN = "touchdown"
     LIFT_OFF = "lift-off"
+    LANDING_ORDER = "landing order"
     PERIOD = "period"
 
     def labels(self, *names: str) -> list[Label]:

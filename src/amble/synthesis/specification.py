@@ -15,7 +15,8 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from amble.errors import InputError, UnknownNameError, shown
-from amble.gait.closed_loop import REFERENCE_ORDER
+from amble.gait.constraints import REFERENCE_ORDER
+from amble.hybrid import SIMULTANEOUS
 from amble.io.reader import read_toml
 from amble.io.units import parse_quantity
 
@@ -73,12 +74,13 @@ class RobotSection(Section):
 
 
 class GaitSection(Section):
-    """A known gait by ``name``, or a table of stance feet; the mean forward velocity."""
+    """A known gait by ``name``, or a table of stance feet; the mean forward velocity; how several feet land."""
 
     speed: Speed
     name: str | None = None
     stances: list[list[str]] | None = None
     mirrored: bool = False
+    landing_rule: str = SIMULTANEOUS
 
 
 class PhaseSection(Section):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -106,10 +107,12 @@ def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contac
     if (section.name is None) == (section.stances is None):
         raise InputError("[gait] needs either the name of a gait or a table of stances")
     if section.stances is not None:
-        return gait_pattern(robot, section.stances, section.mirrored, ground=ground, contact=contact)
+        return gait_pattern(
+            robot, section.stances, section.mirrored, ground=ground, contact=contact, landing_rule=section.landing_rule
+        )
     if "mirrored" in section.model_fields_set:
         raise InputError("[gait] with a name takes no 'mirrored'; the gait knows that itself")
-    return GAITS[str(section.name)](robot, ground, contact)
+    return replace(GAITS[str(section.name)](robot, ground, contact), landing_rule=section.landing_rule)
 
 
 def _limits(section: LimitsSection, default: Limits, robot: Robot) -> Limits:

@@ -8,6 +8,7 @@ from amble.errors import WorkError
 from amble.gait.limits import highest_landing
 from amble.gait.record import Gait
 from amble.hybrid.contact import AXES
+from amble.hybrid.landing import steps
 from amble.residual import Residual
 from amble.types import Matrix, Vector
 from amble.verification.domain_rows import SampledDomain
@@ -24,7 +25,7 @@ def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain,
     q, v = following.positions[0], following.velocities[0]
     if last and gait.pattern.mirrored:
         q, v = gait.robot.mirror.position(q), gait.robot.mirror.position(v)
-    found = [*_guard(domain, tolerance), *_reset(domain, v, tolerance)]
+    found = [*_guard(domain, tolerance), *_reset(domain, v, tolerance), *_orders(domain)]
     return found + (_period(gait, domain, q, tolerance) if last else _continuity(domain, q, tolerance))
 
 
@@ -79,6 +80,29 @@ def _reset(domain: SampledDomain, after: Vector, tolerance: float) -> list[Resid
     for kind, labels, values, scale in kinds:
         rows = [f"{switch.name} impact {kind} {label}" for label in labels]
         found += residuals("impact", rows, np.asarray(values)[None], NO_TIME, tolerance, scale)
+    return found
+
+
+def _orders(domain: SampledDomain) -> list[Residual]:
+    """What every order of landing needs after each of its impacts; nothing where feet do not land one by one.
+
+    The feet on the ground push, those that were released go up, and those that have still to land go on down.
+    """
+    gait, switch = domain.gait, domain.switch
+    chain = steps(switch, gait.pattern.landing_rule, gait.robot.foot_names)
+    found: list[Residual] = []
+    for stance in dict.fromkeys(step.target for step in chain) if len(chain) > 1 else ():
+        at = terms(gait.pattern.contacts(stance), domain.positions[-1:], domain.velocities[-1:])
+        velocity, impulse = plastic(at)
+        after = terms(at.contacts, domain.positions[-1:], velocity[None])
+        where = f"{switch.name} with {', '.join(f for f in stance.feet if f in switch.landing)} landed"
+        for foot in (*stance.feet, *switch.lifting, *(f for f in switch.landing if f not in stance.feet)):
+            if foot in stance.feet:
+                name, value = "impulse", at.contacts.contact.normal_force(at.local_force(foot, impulse[None]))
+            else:
+                name, value = "velocity upwards", after.local_velocity(foot)[:, 2]
+            bounds = (-np.inf, 0.0) if foot in switch.landing and name != "impulse" else (0.0, np.inf)
+            found.append(limit("landing order", f"{where}, {name} {foot}", value, NO_TIME, bounds, 0.0))
     return found
 
 

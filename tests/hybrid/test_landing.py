@@ -1,0 +1,86 @@
+"""Feet that land one by one: every order of landing, and the law that makes the orders meet."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from amble.errors import UnknownNameError
+from amble.hybrid import ONE_BY_ONE, SIMULTANEOUS, GaitPattern, Stance, gait_pattern
+from amble.hybrid.gaits import amble, trot
+from amble.robot import catalogue
+from amble.types import Vector
+from amble.verification.stance_model import terms
+from amble.verification.switch_rows import plastic
+
+ROBOT = catalogue.astro()
+
+
+def after(pattern: GaitPattern, q: Vector, v: Vector, *feet: str) -> Vector:
+    """Velocities behind the impact that stops some feet, by a dense solve."""
+    ordered = tuple(foot for foot in ROBOT.foot_names if foot in feet)
+    return plastic(terms(pattern.contacts(Stance("landed", ordered)), q[None], v[None]))[0]
+
+
+def test_a_pair_lands_in_two_orders_and_the_first_releases_the_old_feet() -> None:
+    pattern = replace(trot(ROBOT), landing_rule=ONE_BY_ONE)
+    assert [stance.name for stance in pattern.visited] == ["D1", "D2", "D2 rl", "D2 fr", "D1 fl", "D1 rr"]
+    steps = {step.name: step for step in pattern.steps}
+    assert set(steps) == {
+        *("D1->D2 fr", "D1->D2 rl", "D2 fr->D2", "D2 rl->D2"),
+        *("D2->D1 fl", "D2->D1 rr", "D1 fl->D1", "D1 rr->D1"),
+    }
+    assert (steps["D1->D2 fr"].landing, steps["D1->D2 fr"].lifting) == (("fr",), ("fl", "rr"))
+    assert steps["D1->D2 fr"].target.feet == ("fr",)
+    assert (steps["D2 fr->D2"].landing, steps["D2 fr->D2"].lifting) == (("rl",), ())
+
+
+def test_old_feet_that_do_not_lift_stay() -> None:
+    table = (("fl", "rr"), ROBOT.foot_names, ("fr", "rl"), ROBOT.foot_names)
+    pattern = gait_pattern(ROBOT, table, True, landing_rule=ONE_BY_ONE)
+    between = pattern.visited[4:]
+    assert {stance.feet for stance in between} == {
+        tuple(f for f in ROBOT.foot_names if f != g) for g in ROBOT.foot_names
+    }
+    assert all(step.lifting == () for step in pattern.steps if step.landing)
+
+
+def test_four_feet_land_in_twenty_four_orders() -> None:
+    pattern = gait_pattern(ROBOT, (ROBOT.foot_names, ()), landing_rule=ONE_BY_ONE)
+    landings = [step for step in pattern.steps if step.landing]
+    assert (len(pattern.visited), len(landings)) == (2 + 14, 4 * 2**3)
+    ends = {"D2": 1}  # orders that lead to a stance: paths of the graph
+    for step in landings:
+        ends[step.target.name] = ends.get(step.target.name, 0) + ends[step.source.name]
+    assert ends["D1"] == 24
+
+
+@pytest.mark.parametrize("pattern", [amble(ROBOT), replace(trot(ROBOT), landing_rule=SIMULTANEOUS)])
+def test_where_one_foot_lands_or_all_at_once_nothing_is_added(pattern: GaitPattern) -> None:
+    assert pattern.visited == pattern.stances
+    assert pattern.steps == pattern.all_switches
+    assert replace(amble(ROBOT), landing_rule=ONE_BY_ONE).steps == amble(ROBOT).all_switches
+
+
+def test_an_unknown_rule_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="unknown landing rule 'any'; known: simultaneous, one by one"):
+        replace(trot(ROBOT), landing_rule="any")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_landing_one_after_the_other_at_once_is_landing_together(seed: int) -> None:
+    """P_ij P_i = P_ij, in both orders, and with feet that stay; where old feet are held first it is not so."""
+    pattern, draw = trot(ROBOT), np.random.default_rng(seed)
+    q = catalogue.posture("astro").coordinates(ROBOT) + draw.normal(0.0, 0.1, ROBOT.size)
+    v = draw.normal(0.0, 1.0, ROBOT.size)
+    together = after(pattern, q, v, "fr", "rl")
+    size = np.max(np.abs(v))
+    for first in ("fr", "rl"):
+        one_by_one = after(pattern, q, after(pattern, q, v, first), "fr", "rl")
+        np.testing.assert_allclose(one_by_one, together, atol=1e-10 * size)
+        held = after(pattern, q, after(pattern, q, v, first, "fl", "rr"), "fr", "rl")
+        assert np.max(np.abs(held - together)) > 1e-3 * size
+    all_four = after(pattern, q, after(pattern, q, v, "fl", "rr", "fr"), *ROBOT.foot_names)
+    np.testing.assert_allclose(all_four, after(pattern, q, v, *ROBOT.foot_names), atol=1e-10 * size)
