@@ -117,6 +117,7 @@ def test_every_order_has_its_derivative(trot: Gait, half: HybridSystem) -> None:
     slopes = [prepare_variational(system)(state).matrix for system in systems]
     twin, image = trot.robot.mirror.feet, landing(half, state)[1]
     names = [f"D1->D1 {twin[order.feet['D1->D2'][0]]}" for order in orders]
+    assert all([neutral.name for neutral in order.spectrum.neutral] == ["x", "y", "yaw"] for order in orders)
     seen = set()
     for seed in range(4):
         change = np.zeros(state.size)  # of rates alone: a foot that has just lifted must not land again

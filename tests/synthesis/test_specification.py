@@ -304,16 +304,6 @@ def test_the_landing_rule_is_a_key_of_the_gait(tmp_path: Path, gait: str) -> Non
         rule('\nlanding_rule = "any"')
 
 
-@pytest.mark.parametrize("key", ["duration =", "acceleration =", "touchdown_velocity =", "height ="])
-def test_a_robot_outside_the_catalogue_needs_more(tmp_path: Path, own_robot: str, key: str) -> None:
-    if key == "height =":
-        text = own_robot[: own_robot.index("[posture]")]
-    else:
-        text = "\n".join(line for line in own_robot.splitlines() if not line.startswith(key))
-    with pytest.raises(InputError, match="needed for a robot that is not in the catalogue"):
-        problem(tmp_path, text)
-
-
 @pytest.mark.parametrize("text", ["[robot", "a = nope", '[robot]\nname = "a"\nname = "b"'])
 def test_what_is_not_toml_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(tomllib.TOMLDecodeError):

@@ -18,7 +18,6 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.landing_domains import landing_steps
 from amble.residual import Residual
-from amble.stability.closed_loop_orbit import without_yaw
 from amble.stability.monodromy import prepare_variational
 from amble.stability.quadratic_bound import quadratic_bound, verified_bound
 from amble.stability.spectrum import Spectrum, spectrum
@@ -63,7 +62,7 @@ def landing_orders(gait: Gait, state: Vector) -> tuple[LandingOrder, ...]:
     found = []
     for orders in product(*choices) if several else ():
         feet = {switch.name: order for switch, order in zip(several, orders, strict=True)}
-        system = without_yaw(closed_loop(gait, half=True, orders=feet), gait.pattern.mirrored)
+        system = closed_loop(gait, half=True, orders=feet)
         there = prepare_variational(system)(state)
         found.append(LandingOrder(feet, spectrum(system, state, there.image, there.matrix)))
     return tuple(found)
