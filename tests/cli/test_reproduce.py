@@ -22,7 +22,7 @@ FILES = ("gait.json", "trace.nc", "results.json", "report.md", "certificate.json
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("reproduce")
     shipped = (resources.files("amble.specifications") / "astro-amble.toml").read_text()
-    coarse = re.sub(r"intervals = \d+", "intervals = 6", shipped)
+    coarse = re.sub(r"intervals = \d+", "intervals = 6\\nrefinement = 1", shipped)
     assert coarse != shipped
     (place / "spec.toml").write_text(coarse)
     out = place / "run"
