@@ -90,6 +90,7 @@ def written(specification: Specification, problem: GaitProblem, folder: str | Pa
         *(f"{_key(name)} = {float(problem.posture.angles[name])!r}" for name in robot.joint_names),
         "",
         "[solver]",
+        f"name = {_text(solver.name)}",
         f"intervals = {problem.intervals}  # of a domain; made finer where the check of the gait needs that",
         f"tolerance = {solver.tolerance!r}",
         f"iterations = {solver.iterations}",

@@ -52,7 +52,9 @@ def solve(posed: PosedProblem, start: Gait | None = None, *, progress: Progress 
     solver = posed.solver
     gait = synthesize(posed.problem, start, solver.tolerance, solver.iterations, progress, solver=solver.name)
     if solver.refinement is None:
-        return until_checked(posed.problem, gait, solver.tolerance, solver.iterations, progress=progress).gait
+        return until_checked(
+            posed.problem, gait, solver.tolerance, solver.iterations, progress=progress, solver=solver.name
+        ).gait
     return gait if solver.refinement == 1 else refine(posed.problem, gait, solver.refinement, progress)
 
 
