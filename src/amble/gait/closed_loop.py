@@ -10,20 +10,19 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import Flow, StanceLoop, stance_loops
+from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.phase import DomainPhase
 from amble.errors import InputError
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.control_law import CONTROL_LAWS, ControlLaw
 from amble.gait.landing_domains import between, entering, follows, landing_domain, landing_steps, landing_transition
+from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
 from amble.gait.record import Gait
-from amble.hybrid import Domain, GaitPattern, HybridSystem, Stance, Switch, Symmetry, Transition
+from amble.hybrid import Domain, HybridSystem, Stance, Switch, Symmetry, Transition
 from amble.io.units import units
 from amble.robot import Robot, kinematics
 from amble.robot.model import RATE
 from amble.types import Vector, frozen
-
-ARGUMENTS = ["t", "x", "p"]
 
 SIGNALS = {"torque": "N m", "force": "N", "foot": "m", "foot_velocity": "m/s", "pivot": "1"}
 """Signals that the closed loop records, with their units."""
@@ -63,7 +62,7 @@ def closed_loop(
     domains = [*solved]
     if whole:
         for loop, stance, original in zip(loops, pattern.stances[len(solved) :], solved, strict=True):
-            domains.append(_mirrored_domain(pattern, loop, stance.name, original))
+            domains.append(mirrored_domain(pattern, loop, stance.name, original))
     domains += _landing_domains(gait, control, law or gait.law, whole)
     transitions = _transitions(gait, loops, {domain.name: domain for domain in domains}, half, orders or {})
     names = (*gait.robot.coordinate_names, *(f"{RATE}{name}" for name in gait.robot.coordinate_names))
@@ -92,7 +91,7 @@ def _transitions(
         elif number < len(loops):
             found.append(_transition(gait, loop, switch, last, half))
         else:
-            found.append(_mirrored_transition(gait.robot, loop, switch))
+            found.append(mirrored_transition(gait.robot, loop, switch))
     return found
 
 
@@ -147,9 +146,6 @@ class InputOutputLinearisation(ControlLaw):
 CONTROL_LAWS.register("input-output linearisation", InputOutputLinearisation)
 
 
-CONTROL_LAWS.register("input-output linearisation", InputOutputLinearisation)
-
-
 def _solved_domain(gait: Gait, control: ControlLaw, loop: StanceLoop, stance: Stance) -> Domain:
     parameters = control.packed(gait, stance.name)
     return Domain(
@@ -167,7 +163,7 @@ def _transition(gait: Gait, loop: StanceLoop, switch: Switch, last: bool, half: 
     """The switch that ends a solved stance; the last of a half cycle leads to the first, mirrored if the gait is."""
     mirrors = half and gait.pattern.mirrored and last
     target = gait.pattern.stances[0].name if half and last else switch.target.name
-    reset = _mirrored_result(gait.robot, loop.reset) if mirrors else loop.reset
+    reset = mirrored_result(gait.robot, loop.reset) if mirrors else loop.reset
     return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, direction=-1)
 
 
@@ -186,7 +182,7 @@ def _landing_domains(gait: Gait, control: ControlLaw, law: AllocationLaw, whole:
             found.append(domain)
             if whole:
                 twin = _twin(gait, pattern.all_switches[number - 1 + len(pattern.solved)], stance)
-                found.append(_mirrored_domain(pattern, flow, twin.name, domain))
+                found.append(mirrored_domain(pattern, flow, twin.name, domain))
     return found
 
 
@@ -280,65 +276,10 @@ def _turn(robot: Robot, x: ca.SX) -> ca.Function:
     return ca.Function("symmetry_yaw", [x], [ca.densify(ca.vertcat(motion, ca.jtimes(motion, q, v)))])
 
 
-def _mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
-    t, x, p = _symbols(function)
-    return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
-
-
-def _mirrored_domain(pattern: GaitPattern, loop: Flow, name: str, original: Domain) -> Domain:
-    """The mirror image of a stance: mirror the state, evaluate the same code, mirror the result."""
-    robot = pattern.robot
-    t, x, p = _symbols(loop.field)
-    image = robot.mirror.state(x)
-    mirror = ca.MX(_state_matrix(robot))
-    jacobian = mirror @ loop.jacobian(t, image, p) @ mirror
-    recorded = dict(zip(loop.signals.name_out(), loop.signals(t, image, p), strict=True))
-    signals = {name: _mirrored_signal(pattern, name, value) for name, value in recorded.items()}
-    return Domain(
-        name=name,
-        field=ca.Function(
-            "mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]
-        ),
-        parameters=original.parameters,
-        signals=ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
-        jacobian=ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
-        admissibility=ca.Function(
-            "mirrored_admissibility", [t, x, p], [loop.admissibility(t, image, p)], ARGUMENTS, ["margin"]
-        ),
-        breakpoints=original.breakpoints,
-    )
-
-
-def _mirrored_transition(robot: Robot, loop: StanceLoop, switch: Switch) -> Transition:
-    t, x, p = _symbols(loop.field)
-    image = robot.mirror.state(x)
-    guard = ca.Function("mirrored_guard", [t, x, p], [loop.guard(t, image, p)], ARGUMENTS, ["guard"])
-    after = robot.mirror.state(loop.reset(t, image, p))
-    reset = ca.Function("mirrored_reset", [t, x, p], [after], ARGUMENTS, ["state"])
-    return Transition(source=switch.source.name, target=switch.target.name, guard=guard, reset=reset, direction=-1)
-
-
-def _mirrored_signal(pattern: GaitPattern, name: str, value: ca.MX) -> ca.MX:
-    if name == "pivot":
-        return value
-    mirror = pattern.robot.mirror
-    known = {"torque": mirror.joints, "force": pattern.all_contacts.mirror}
-    return known.get(name, mirror.forces)(value)
-
-
-def _state_matrix(robot: Robot) -> ca.DM:
-    once = ca.DM(robot.mirror.coordinates.matrix)
-    return ca.diagcat(once, once)
-
-
-def _symbols(function: ca.Function) -> tuple[Any, Any, Any]:
-    return tuple(ca.MX.sym(name, function.numel_in(i)) for i, name in enumerate(ARGUMENTS))
-
-
 def trace_units(gait: Gait) -> dict[str, str]:
     """Return name -> unit of the states and signals of the gait's closed loop, as traces hold them."""
     names = gait.robot.coordinate_names
-    rates = [f"rate of {name}" for name in names]
+    rates = [f"{RATE}{name}" for name in names]
     return {
         **dict(zip(names, units(names), strict=True)),
         **dict(zip(rates, units(names, "/s"), strict=True)),

@@ -64,9 +64,7 @@ def load_robot(
     file = read_robot(path, format)
     if not np.isfinite(gravity):
         raise InputError(f"gravity is {gravity}, not a finite number")
-    root = _find_root(file, path)
-    joints = [joint for joint in file.joints if joint.kind in REVOLUTE]
-    placements = _place(file, root, joints, path)
+    root, joints, placements = _tree(file, path)
     links = _merge(file, placements, [root, *(joint.child for joint in joints)])
     _check_links(links, path)
     if not joints:
@@ -92,9 +90,15 @@ def load_robot(
 def carried_frames(path: Path) -> dict[str, tuple[int, Vector]]:
     """Return link of the file -> the moving link that carries it, and its origin there, m; errors as ``load_robot``."""
     file = read_robot(path)
-    moving = [joint for joint in file.joints if joint.kind in REVOLUTE]
-    placements = _place(file, _find_root(file, path), moving, path)
+    _, _, placements = _tree(file, path)
     return {name: (at.carrier, at.translation) for name, at in placements.items()}
+
+
+def _tree(file: FileRobot, path: Path) -> tuple[str, list[FileJoint], dict[str, _Placement]]:
+    """Return the base link, the moving joints, and where every link sits."""
+    root = _find_root(file, path)
+    joints = [joint for joint in file.joints if joint.kind in REVOLUTE]
+    return root, joints, _place(file, root, joints, path)
 
 
 def _few(notes: Sequence[str], shown: int = 3) -> str:

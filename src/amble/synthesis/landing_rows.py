@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import casadi as ca
-import numpy as np
 
 from amble.hybrid import Switch, impact
 from amble.hybrid.ground import into_frame
 from amble.hybrid.landing import steps
 from amble.robot import kinematics
+from amble.robot.natural_units import velocity_unit
 from amble.synthesis.assembly import Label
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
@@ -34,7 +34,6 @@ def landing_rows(
     """
     pattern = problem.pattern
     chain = steps(switch, pattern.landing_rule, pattern.robot.foot_names)
-    size = float(np.sqrt(pattern.robot.gravity * pattern.robot.leg_length))
     rows: list[ca.SX] = []
     names: list[str] = []
     lower: list[float] = []
@@ -51,7 +50,7 @@ def landing_rows(
             up = _upwards(problem, foot, q, after)
             rows.append(up if foot in switch.lifting else -up)
             names.append(f"{where}: velocity {'up' if foot in switch.lifting else 'down'} {foot}")
-            lower.append(RELEASE * size)
+            lower.append(RELEASE * velocity_unit(pattern.robot))
     return rows, list(RowKind.LANDING_ORDER.labels(*names)), lower
 
 

@@ -48,7 +48,7 @@ def until_checked(
     most_iterations: int = 500,
     *,
     progress: Progress | None = None,
-    solver: str | None = None,
+    solver: str = "ipopt",
 ) -> Checked:
     """Check a gait, and where that fails again on meshes of twice and four times the intervals; says what it did.
 
@@ -63,7 +63,6 @@ def until_checked(
         progress: called while it works.
         solver: name of a registered solver, as in ``synthesize``.
     """
-    named = {} if solver is None else {"solver": solver}
     found = first = _checked(gait, 1, progress)
     while not found.passed and found.factor < FINEST:
         factor = 2 * found.factor
@@ -71,7 +70,7 @@ def until_checked(
             found = _checked(refine(problem, found.gait, 2, progress), factor, progress)
             if not found.passed:
                 finer = replace(problem, intervals=factor * problem.intervals)
-                again = synthesize(finer, found.gait, tolerance, most_iterations, progress, **named)
+                again = synthesize(finer, found.gait, tolerance, most_iterations, progress, solver=solver)
                 found = _checked(again, factor, progress)
         except WorkError as error:
             logger.warning("no gait was found on %d times the intervals: %s", factor, str(error).splitlines()[0])

@@ -37,8 +37,11 @@ def described(
     """
     section: dict[str, Any] = {"name": robot}
     if robot not in catalogue.names():
-        section = {"file": os.path.abspath(robot), "feet": dict(feet), "twins": proposed_twins(tuple(feet))}
-        section["twins"] = [list(pair) for pair in section["twins"]]
+        section = {
+            "file": os.path.abspath(robot),
+            "feet": dict(feet),
+            "twins": [list(pair) for pair in proposed_twins(tuple(feet))],
+        }
     if symmetrize is not None:
         section["symmetrize"] = symmetrize
     return specification_of({"robot": section, "gait": {"name": gait, "speed": speed}}, Path(robot).name)

@@ -1,0 +1,68 @@
+"""The mirrored half of a closed loop: the same compiled code between two mirrors of the state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from amble.control.closed_loop import ARGUMENTS, Flow, StanceLoop
+from amble.hybrid import Domain, GaitPattern, Switch, Transition
+from amble.robot import Robot
+
+
+def mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
+    """Return a reset whose result is mirrored."""
+    t, x, p = _symbols(function)
+    return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
+
+
+def mirrored_domain(pattern: GaitPattern, loop: Flow, name: str, original: Domain) -> Domain:
+    """Return the mirror image of a stance: mirror the state, evaluate the same code, mirror the result."""
+    robot = pattern.robot
+    t, x, p = _symbols(loop.field)
+    image = robot.mirror.state(x)
+    mirror = ca.MX(_state_matrix(robot))
+    jacobian = mirror @ loop.jacobian(t, image, p) @ mirror
+    recorded = dict(zip(loop.signals.name_out(), loop.signals(t, image, p), strict=True))
+    signals = {name: _mirrored_signal(pattern, name, value) for name, value in recorded.items()}
+    return Domain(
+        name=name,
+        field=ca.Function(
+            "mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]
+        ),
+        parameters=original.parameters,
+        signals=ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
+        jacobian=ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
+        admissibility=ca.Function(
+            "mirrored_admissibility", [t, x, p], [loop.admissibility(t, image, p)], ARGUMENTS, ["margin"]
+        ),
+        breakpoints=original.breakpoints,
+    )
+
+
+def mirrored_transition(robot: Robot, loop: StanceLoop, switch: Switch) -> Transition:
+    """Return the mirror image of the switch that ends a stance."""
+    t, x, p = _symbols(loop.field)
+    image = robot.mirror.state(x)
+    guard = ca.Function("mirrored_guard", [t, x, p], [loop.guard(t, image, p)], ARGUMENTS, ["guard"])
+    after = robot.mirror.state(loop.reset(t, image, p))
+    reset = ca.Function("mirrored_reset", [t, x, p], [after], ARGUMENTS, ["state"])
+    return Transition(source=switch.source.name, target=switch.target.name, guard=guard, reset=reset, direction=-1)
+
+
+def _mirrored_signal(pattern: GaitPattern, name: str, value: ca.MX) -> ca.MX:
+    if name == "pivot":
+        return value
+    mirror = pattern.robot.mirror
+    known = {"torque": mirror.joints, "force": pattern.all_contacts.mirror}
+    return known.get(name, mirror.forces)(value)
+
+
+def _state_matrix(robot: Robot) -> ca.DM:
+    once = ca.DM(robot.mirror.coordinates.matrix)
+    return ca.diagcat(once, once)
+
+
+def _symbols(function: ca.Function) -> tuple[Any, Any, Any]:
+    return tuple(ca.MX.sym(name, function.numel_in(i)) for i, name in enumerate(ARGUMENTS))
