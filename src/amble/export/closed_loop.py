@@ -11,6 +11,7 @@ from amble.codegen import compile_all, compiler
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw
+from amble.control.closed_loop import ARGUMENTS
 from amble.errors import InputError, WorkError
 from amble.export.controller import export_controller
 from amble.export.text import filled, template
@@ -21,7 +22,6 @@ from amble.io.storage import workplace
 from amble.names import identifier
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-fPIC", "-shared")
-ARGUMENTS = ["t", "x", "p"]
 
 
 def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
