@@ -289,9 +289,9 @@ def draw_results(draw: random.Random) -> tuple[bytes, list[str]]:
 
 def read_results(path: Path) -> Any:
     """Read what ``amble report`` keeps of an earlier run, and write it into the page's table."""
+    from amble.report.findings import stability_table
     from amble.report.results import read_results, seconds_from, settings_from
     from amble.report.stability_results import stability_from
-    from amble.report.stability_table import stability_table
 
     tree = read_results(path)
     found = settings_from(tree), seconds_from(tree), stability_from(tree)

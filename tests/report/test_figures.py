@@ -21,8 +21,7 @@ from amble.report.figures import (
     torque_lines,
     torque_magnitudes,
 )
-from amble.report.figures.cycle_portraits import chosen_cycles
-from amble.report.figures.portrait import axis_labels
+from amble.report.figures.portraits import axis_labels, chosen_cycles
 from amble.report.figures.style import plain_text, with_gaps
 from tests.hostile import allowed, hostile_name
 from tests.synthetic import DURATIONS, PERIOD, amble_pattern, synthetic_gait, synthetic_trace

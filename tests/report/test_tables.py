@@ -1,17 +1,16 @@
-"""Tables: alignment, escaping, the paper's numbers."""
+"""Tables: alignment, escaping, numbers."""
 
 import numpy as np
 import pytest
 
-from amble.analysis import Comparison, ContactBounds, contact_report, samples_of_gait
+from amble.analysis import Comparison, samples_of_gait
 from amble.control.actuator import ACTUATORS
-from amble.errors import InputError, UnknownNameError
-from amble.report import Table, contact_rows, contact_summary, law_table, paper_table, solver_table
+from amble.errors import InputError
+from amble.report import Table, law_table, solver_table
 from amble.report.page import FigureFile, Page, page_text
-from amble.report.paper_table import PAPER_REDUCTION, PAPER_ROWS, WHY_DIFFERENT
 from amble.report.tables import number
 from tests.hostile import allowed, hostile_name
-from tests.synthetic import amble_pattern, measured, synthetic_gait, synthetic_trace
+from tests.synthetic import measured, synthetic_gait
 
 
 @pytest.fixture(scope="module")
@@ -99,55 +98,11 @@ def test_numbers_keep_their_digits(value: float, text: str) -> None:
     assert number(value) == text
 
 
-def test_published_reductions_follow_from_the_published_rows() -> None:
-    """The paper's own percentages, so that a mistyped constant shows."""
-    for name in ("cot", "peak_torque", "rms_torque"):
-        before, after = (getattr(PAPER_ROWS[law], name) for law in ("drop", "pinv"))
-        assert 100.0 * (before - after) / before == pytest.approx(getattr(PAPER_REDUCTION, name), abs=0.05)
-
-
-def test_paper_table_has_every_number_with_its_actuator(comparison: Comparison) -> None:
-    table = paper_table(comparison, ["nominal"], ["paper", "datasheet"])
-    rows = {(row[0][:5], row[1], row[2]): row[3:] for row in table.rows}
-    assert len(rows) == len(table.rows) == 9
-    assert rows["Ma et", "paper", "paper"] == ("6.389", "83.97", "9.659")
-    assert rows["propo", "paper", "paper"] == ("4.532", "66.55", "7.932")
-    assert rows["reduc", "paper", "paper"] == ("29.1", "20.7", "17.9")
-    for actuator in ("paper", "datasheet"):
-        entry = comparison.of("pinv", "nominal", actuator)
-        assert float(rows["propo", "ours, nominal", actuator][0]) == pytest.approx(entry.cot, rel=1e-3)
-        # all torques are a quarter larger
-        assert rows["reduc", "ours, nominal", actuator][1:] == ("20.0", "20.0")
-    assert table.notes == (WHY_DIFFERENT,)
-    assert WHY_DIFFERENT.count(". ") == 0
-    with pytest.raises(UnknownNameError, match="unknown motion"):
-        paper_table(comparison, ["simulated"], ["paper"])
-
-
 def test_law_table(comparison: Comparison) -> None:
     table = law_table(comparison, "nominal", ["paper", "datasheet"])
     assert [row[0] for row in table.rows] == ["drop", "pinv"]
     assert table.header[1:3] == ("CoT (paper)", "CoT (datasheet)")
     assert float(table.rows[1][2]) == pytest.approx(comparison.of("pinv", "nominal", "datasheet").cot, rel=1e-3)
-
-
-def test_contact_tables() -> None:
-    trace = synthetic_trace(3)
-    force = trace.signals["force"].copy()
-    pattern = amble_pattern()
-    row = int(np.flatnonzero((trace.domain == 1) & (trace.cycle == 1))[3])
-    force[row, 3 * pattern.robot.foot_names.index("fr") + 2] = -3.5
-    trace.signals["force"] = force
-    report = contact_report(trace, pattern, ContactBounds.of_gait(synthetic_gait()))
-    summary = contact_summary(report)
-    assert summary.rows[0] == ("smallest normal force of a stance foot (N)", "-3.500")
-    assert "from cycle 2 on" in summary.notes[0]
-    violated = contact_rows(report, only_violations=True)
-    assert [each[0] for each in violated.rows] == ["D2 fr friction", "D2 fr normal force"]  # no friction holds a pull
-    assert violated.rows[0][1:5] == ("0", "inf", "0.6000", "inf")
-    assert violated.rows[1][1:5] == ("0", "-3.500", "-", "3.500")
-    assert violated.rows[1][6] == "1"
-    assert len(contact_rows(report).rows) == len(report.rows)
 
 
 def test_solver_table() -> None:

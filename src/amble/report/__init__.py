@@ -1,9 +1,8 @@
 """Tables, figures, pages and result files."""
 
 from amble.report.allocation import law_table
-from amble.report.contact_table import contact_rows, contact_summary
+from amble.report.findings import contact_rows, contact_summary, paper_table
 from amble.report.page import FigureFile, Page, page_text, solver_table, write_page
-from amble.report.paper_table import paper_table
 from amble.report.results import (
     contact_results,
     method_results,

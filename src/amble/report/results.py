@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
+from importlib import metadata
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from amble.analysis import Comparison, ContactReport
+from amble.codegen.compiler import compiler
 from amble.errors import InputError, WorkError, printable
 from amble.gait import SolverReport
 from amble.io.codec import TEXT, ByName
@@ -18,10 +21,16 @@ from amble.io.quantities import Bare
 from amble.io.reader import read_json
 from amble.io.storage import atomic_write
 from amble.types import Json
+from amble.version import __version__
 
 FORMAT, FORMAT_VERSION = "amble results", 1
 
 METHOD_KEYS = ("cot", "peak_torque", "rms_torque", "cot_error", "peak_joint", "mechanical_power", "heat_power")
+
+LIBRARIES = ("casadi", "numpy", "scipy")
+"""IPOPT is inside casadi."""
+
+NO_COMPILER = "none, interpreted"
 
 
 def method_results(comparison: Comparison, actuator: str) -> Json:
@@ -145,3 +154,18 @@ def _faults(value: Any, place: str) -> Iterator[str]:
         yield f"'{place}' is {value}"
     elif value is not None and not isinstance(value, (str, bool, int, float)):
         yield f"'{place}' is of type {type(value).__name__}"
+
+
+def computing_versions() -> dict[str, str]:
+    """Return name -> version of everything that computes in this process, the C compiler by its version line.
+
+    Raises:
+        InputError: where ``AMBLE_COMPILER`` names a program that does not run.
+    """
+    found = compiler()
+    return {
+        "amble": __version__,
+        "python": platform.python_version(),
+        **{name: metadata.version(name) for name in LIBRARIES},
+        "C compiler": NO_COMPILER if found is None else found.version,
+    }

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from amble.analysis import Comparison, ContactReport, Motion, Samples, samples_of_gait
 from amble.gait import Gait
 from amble.report.allocation import law_table
-from amble.report.contact_table import contact_rows, contact_summary
 from amble.report.figures import (
     base_portraits,
     cycle_portraits,
@@ -22,9 +21,9 @@ from amble.report.figures import (
     section_distance,
     torque_magnitudes,
 )
-from amble.report.figures.multipliers import FloquetMultipliers
+from amble.report.figures.orbital_stability import FloquetMultipliers
+from amble.report.findings import contact_rows, contact_summary, has_both_methods, paper_table, stability_table
 from amble.report.page import FigureFile, Page, solver_table, write_page
-from amble.report.paper_table import has_both_methods, paper_table
 from amble.report.results import (
     FORMAT,
     FORMAT_VERSION,
@@ -34,7 +33,6 @@ from amble.report.results import (
     solver_results,
     write_results,
 )
-from amble.report.stability_table import stability_table
 from amble.report.tables import Table
 from amble.types import Json, Vector
 

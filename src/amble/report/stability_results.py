@@ -12,9 +12,8 @@ from amble.analysis import monitors
 from amble.gait import Gait
 from amble.io.codec import TEXT, ByName, Codec, Count, Optional, Record
 from amble.io.quantities import Bare
-from amble.report.results import finite_or_none
+from amble.report.results import computing_versions, finite_or_none
 from amble.report.run import Stability
-from amble.report.versions import computing_versions
 from amble.simulation import Trace
 from amble.stability import Certificate, Spectrum
 from amble.stability.stabilize import Stabilized

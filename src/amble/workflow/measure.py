@@ -21,10 +21,9 @@ from amble.gait import Gait
 from amble.gait.files import load_gait
 from amble.progress import Progress, ProgressReport, silent
 from amble.report.allocation import allocation_results, law_table
-from amble.report.results import read_results, seconds_from, settings_from
+from amble.report.results import computing_versions, read_results, seconds_from, settings_from
 from amble.report.run import RESULTS, RunReport, Stability, write_run
 from amble.report.stability_results import stability_from
-from amble.report.versions import computing_versions
 from amble.simulation import Trace, load_trace
 
 GAIT, TRACE = "gait.json", "trace.nc"

@@ -1,11 +1,8 @@
-"""Figures, one a file; each function returns a matplotlib figure, and ``save`` writes it as PNG and PDF."""
+"""Figures; each function returns a matplotlib figure, and ``save`` writes it as PNG and PDF."""
 
-from amble.report.figures.base_portraits import base_portraits
-from amble.report.figures.cycle_portraits import cycle_portraits
 from amble.report.figures.footfall import footfall
-from amble.report.figures.joint_portraits import joint_portraits
-from amble.report.figures.multipliers import multiplier_circle
-from amble.report.figures.section_distance import section_distance
+from amble.report.figures.orbital_stability import multiplier_circle, section_distance
+from amble.report.figures.portraits import base_portraits, cycle_portraits, joint_portraits
 from amble.report.figures.style import require_matplotlib, save
 from amble.report.figures.torques import left_joints, torque_lines, torque_magnitudes
 
