@@ -112,6 +112,8 @@ from amble.synthesis.specified import problem_of as problem_of
 from amble.synthesis.synthesize import GaitNotSolvedError as GaitNotSolvedError
 from amble.verification.check import check as check
 from amble.verification.findings import CheckReport as CheckReport
+from amble.view import ReplayPage as ReplayPage
+from amble.view import replay as replay
 from amble.workflow import Run as Run
 from amble.workflow import reproduce as reproduce
 from amble.workflow import rewrite_report as rewrite_report
@@ -178,6 +180,7 @@ __all__ = [
     "Progress",
     "ProgressReport",
     "PseudoInverse",
+    "ReplayPage",
     "Robot",
     "Run",
     "RunReport",
@@ -222,6 +225,7 @@ __all__ = [
     "problem_of",
     "read_specification",
     "refine",
+    "replay",
     "reproduce",
     "rewrite_report",
     "robots",

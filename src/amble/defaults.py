@@ -21,6 +21,9 @@ TOLERANCE = 1e-8
 CYCLES, REPRODUCED_CYCLES = 20, 500
 """Gait cycles of a simulation, and of the one that reproduces the paper."""
 
+SHOWN_CYCLES = 10
+"""The most gait cycles of a replay."""
+
 GRID = 4
 """Points that a check looks at in every spacing of a gait's nodes."""
 

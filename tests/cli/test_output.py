@@ -23,6 +23,7 @@ COMMANDS = {
     "compare": (["compare", GAIT, "--law", "pinv", "--out", "OUT"], "allocation"),
     "export": (["export", GAIT, "--out", "OUT"], "law"),
     "certify": (["certify", GAIT, "--out", "OUT"], "certificate"),
+    "view": (["view", GAIT, "--html", "OUT"], "replay"),
 }
 
 

@@ -12,6 +12,7 @@ from amble.analysis.samples import Samples
 from amble.control import AllocationLaw
 from amble.control.actuator import Actuator
 from amble.errors import InputError, UnknownNameError
+from amble.io.facts import rows_html
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,15 +74,24 @@ class Comparison:
 
     def __str__(self) -> str:
         """Return one line for every law, motion and actuator model, in columns."""
+        rows = self._rows()
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        return "\n".join(
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+        )
+
+    def _repr_html_(self) -> str:
+        """Show the same in a notebook."""
+        header, *rows = self._rows()
+        return rows_html("allocation laws along the same motions", header, rows)
+
+    def _rows(self) -> list[list[str]]:
         rows = [["motion", "law", "actuator", "CoT", "peak torque (N m)", "RMS torque (N m)"]]
         for entry in self.metrics:
             for model, energy in entry.energy.items():
                 numbers = [f"{value:.4g}" for value in (energy.cot, energy.peak_torque, energy.rms_torque)]
                 rows.append([entry.motion, entry.law, model, *numbers])
-        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-        return "\n".join(
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
-        )
+        return rows
 
     def of(self, law: str, motion: str, actuator: str) -> TorqueMetrics:
         """Look one entry up.

@@ -7,7 +7,20 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import certify, check, compare, export, init, report, reproduce, robots, simulate, stabilize, synthesize
+from amble.cli import (
+    certify,
+    check,
+    compare,
+    export,
+    init,
+    report,
+    reproduce,
+    robots,
+    simulate,
+    stabilize,
+    synthesize,
+    view,
+)
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -59,6 +72,7 @@ COMMANDS = (
     simulate.simulate,
     compare.compare,
     export.export,
+    view.view,
     report.report,
     robots.robots,
 )

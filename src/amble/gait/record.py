@@ -10,6 +10,7 @@ from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.gait.limits import Limits
 from amble.gait.validation import check_feedback, check_gait, check_trajectory
 from amble.hybrid import GaitPattern
+from amble.io.facts import facts_html
 from amble.names import check_name
 from amble.robot import Robot
 from amble.types import Matrix, NodeValues, Vector, frozen
@@ -159,3 +160,21 @@ class Gait:
         """Duration of one whole gait cycle, s."""
         once = sum(domain.duration for domain in self.domains)
         return 2.0 * once if self.pattern.mirrored else once
+
+    def _repr_html_(self) -> str:
+        """Show the gait in a notebook; ``amble.replay`` shows its motion."""
+        report = self.solver
+        peak = max(float(abs(domain.torques).max()) for domain in self.domains)
+        return facts_html(
+            f"{self.pattern.name} of {self.robot.name}",
+            {
+                "speed": f"{self.speed:g} m/s",
+                "period": f"{self.period:.4f} s",
+                "stances": ", ".join(stance.name for stance in self.pattern.stances),
+                "allocation law": self.law.name,
+                "largest torque": f"{peak:.4g} N m",
+                "cost": f"{report.objective:.6g} {self.cost.unit}",
+                "solver": f"{report.solver}: {report.status}, {report.iterations} iterations, {report.seconds:.2f} s",
+                "virtual constraints": "as optimised" if self.feedback is None else "re-weighted for stability",
+            },
+        )

@@ -17,6 +17,7 @@ from math import isfinite
 import numpy as np
 
 from amble.hybrid import HybridSystem
+from amble.io.facts import rows_html
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
 from amble.stability.differences import Differences, difference_check
@@ -116,6 +117,13 @@ class Certificate:
             *bound,
             *self.conditions,
         )
+
+    def _repr_html_(self) -> str:
+        """Show the certificate in a notebook: what must hold, and by how much it does."""
+        rows = [(row.name, f"{row.value:.4g}", f"{row.lower:g}", f"{row.upper:g}") for row in self.rows()]
+        warned = [(f"WARNING: {warning}", "", "", "") for warning in self.warnings]
+        title = f"spectral radius {self.radius:.6f} ± {self.error:.1e} (estimated), period {self.period:.6f} s"
+        return rows_html(title, ("condition", "value", "lower", "upper"), [*rows, *warned])
 
     def to_dict(self) -> Json:
         """Return the certificate as a dictionary for a JSON file."""

@@ -1,0 +1,57 @@
+"""A headless browser for tests that look at pages; without one they are skipped, with a sentence."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
+def browser() -> str:
+    """The program, or skip; ``AMBLE_BROWSER_NEEDED=1``, as in .ci/run, makes a missing one a failure."""
+    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    if found is None:
+        sentence = f"no browser is installed to look at pages with ({', '.join(BROWSERS)}; Debian's package: chromium)"
+        if os.environ.get("AMBLE_BROWSER_NEEDED") == "1":
+            pytest.fail(sentence)
+        pytest.skip(sentence)
+    return found
+
+
+def screenshot(page: Path, folder: Path, fragment: str = "", size: tuple[int, int] = (900, 600)) -> NDArray[np.uint8]:
+    """Open a page without a network and return what it looks like, (height, width, 3).
+
+    Args:
+        page: the HTML file.
+        folder: where the browser keeps its profile and the picture.
+        fragment: what follows the "#" of the address.
+        size: width and height of the window, pixels.
+    """
+    import matplotlib.image
+
+    picture = folder / "page.png"
+    picture.unlink(missing_ok=True)
+    options = (
+        *("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage"),
+        *("--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=3000"),
+        *(f"--user-data-dir={folder / 'profile'}", f"--window-size={size[0]},{size[1]}", f"--screenshot={picture}"),
+    )
+    address = page.resolve().as_uri() + (f"#{fragment}" if fragment else "")
+    done = subprocess.run((browser(), *options, address), capture_output=True, text=True, check=False, timeout=90)
+    assert picture.is_file(), done.stderr
+    pixels = np.asarray(matplotlib.image.imread(picture))[:, :, :3]
+    return np.asarray(np.rint(255.0 * pixels), dtype=np.uint8)
+
+
+def share_of_ink(pixels: NDArray[np.uint8]) -> float:
+    """Share of the pixels that differ from the most frequent colour, which is the background."""
+    flat = pixels.reshape(-1, 3).astype(np.int64) @ np.array([65536, 256, 1])
+    _, counts = np.unique(flat, return_counts=True)
+    return 1.0 - float(counts.max()) / flat.size
