@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from amble.hybrid import HybridSystem
 from amble.simulation.flow import LEFT_DOMAIN, RESOLUTION, STUCK, TOO_LONG, Arc, EventFunction
-from amble.simulation.preparation import event_functions
+from amble.simulation.prepared import event_functions
 from amble.simulation.walk import ENGINES, walk
 from amble.types import Vector
 

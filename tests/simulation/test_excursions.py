@@ -12,7 +12,7 @@ from amble.codegen.compiler import compiler
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.simulation import flow, interpreted, native, simulate
 from amble.simulation.flow import Arc, FlowDefinition
-from amble.simulation.preparation import event_functions
+from amble.simulation.prepared import event_functions
 
 WAYS = [
     pytest.param(native.prepare, id="native", marks=pytest.mark.skipif(compiler() is None, reason="no C compiler")),

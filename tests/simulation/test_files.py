@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from amble.errors import InputError, UnknownNameError
-from amble.simulation import Trace, load_trace, netcdf_reader, save_trace, simulate
+from amble.simulation import Trace, load_trace, netcdf, save_trace, simulate
 from tests.hybrids import bouncing_ball
 
 ENDLESS = Path(__file__).parents[1] / "data" / "endless-trace.nc"
@@ -205,7 +205,7 @@ def test_what_is_wrong_with_a_trace_is_one_sentence(name: str, trace: Trace, tmp
 
 
 def test_a_file_that_keeps_its_library_busy_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(netcdf_reader, "SECONDS", 1)
+    monkeypatch.setattr(netcdf, "SECONDS", 1)
     begun = time.process_time()
     with pytest.raises(InputError, match="is damaged"):
         load_trace(ENDLESS)
@@ -216,7 +216,7 @@ def test_a_file_that_keeps_its_library_busy_is_given_up(monkeypatch: pytest.Monk
 def test_flipped_bits_are_refused_or_harmless(
     seed: int, trace: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(netcdf_reader, "SECONDS", 1)
+    monkeypatch.setattr(netcdf, "SECONDS", 1)
     draw = random.Random(seed)
     path = save_trace(trace, tmp_path / "t.nc")
     content = bytearray(path.read_bytes())

@@ -13,7 +13,7 @@ from amble.codegen import compiled
 from amble.codegen.compiler import compiler
 from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
-from amble.simulation import flow, interpreted, native, preparation
+from amble.simulation import flow, interpreted, native, prepared
 from amble.simulation.flow import Arc, Flow, FlowDefinition
 from amble.simulation.simulate import simulate
 from tests.hybrids import GRAVITY, blow_up, bouncing_ball, clockwork, two_phases
@@ -23,7 +23,7 @@ Preparation = Callable[[HybridSystem, str], Flow]
 
 def definition(system: HybridSystem, name: str) -> FlowDefinition:
     domain = system.domain(name)
-    events = preparation.event_functions(domain, system.leaving(name))
+    events = prepared.event_functions(domain, system.leaving(name))
     return FlowDefinition(domain.field, domain.parameters, events, domain.admissibility is not None, domain.breakpoints)
 
 
@@ -216,6 +216,6 @@ def test_compiled_wrapped_and_sparse_functions_move_alike(prepare: Preparation) 
 def test_without_a_compiler_scipy_does_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = simulate(bouncing_ball(), np.array([0.0, 1.0]), 3)
     monkeypatch.setenv("AMBLE_COMPILER", "none")
-    assert isinstance(preparation.prepare(bouncing_ball(), "flight"), interpreted.InterpretedFlow)
+    assert isinstance(prepared.prepare(bouncing_ball(), "flight"), interpreted.InterpretedFlow)
     found = simulate(bouncing_ball(), np.array([0.0, 1.0]), 3)
     assert found.state == pytest.approx(expected.state, abs=1e-13)

@@ -9,8 +9,7 @@ import pytest
 import xarray
 
 from amble.errors import InputError
-from amble.simulation.netcdf import Variable, write_netcdf
-from amble.simulation.netcdf_reader import read_netcdf
+from amble.simulation.netcdf import Variable, read_netcdf, write_netcdf
 
 
 def random_variables(events: int) -> dict[str, Variable]:

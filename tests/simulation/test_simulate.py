@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,10 +13,12 @@ from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.progress import ProgressReport
 from amble.simulation import simulate
-from amble.simulation.perturbation import perturbed
+from amble.simulation.simulate import perturbed
 from tests.hybrids import GRAVITY, bouncing_ball, clockwork, two_phases
 
 module = importlib.import_module("amble.simulation.simulate")
+
+STATE = np.linspace(-1.0, 1.0, 36)
 
 
 def test_a_ball_bounces_as_it_must() -> None:
@@ -139,3 +142,22 @@ def test_what_only_a_gait_has_is_refused_of_a_system(stabilised_gait: Gait) -> N
         simulate(ball, cycles=1)
     with pytest.raises(InputError, match="only a gait takes another allocation law"):
         simulate(ball, np.array([0.0, 1.0]), 1, law=stabilised_gait.law)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_state_moves_by_the_size_in_both_directions(seed: int) -> None:
+    change = perturbed(STATE, 1e-3, seed) - STATE
+    assert np.allclose(np.abs(change), 1e-3, rtol=1e-12)
+    assert change.min() < 0.0 < change.max()
+
+
+def test_the_seed_decides() -> None:
+    assert np.array_equal(perturbed(STATE, 1e-3, 1), perturbed(STATE, 1e-3, 1))
+    assert not np.array_equal(perturbed(STATE, 1e-3, 1), perturbed(STATE, 1e-3, 2))
+    assert np.array_equal(perturbed(STATE, 0.0, 1), STATE)
+
+
+@pytest.mark.parametrize("size", [-1e-3, math.nan, math.inf])
+def test_a_size_that_makes_no_sense_is_refused(size: float) -> None:
+    with pytest.raises(InputError, match="size of a perturbation"):
+        perturbed(STATE, size, 0)

@@ -8,7 +8,7 @@ import pytest
 
 from amble.hybrid import HybridSystem, Symmetry
 from amble.stability import difference_check, fixed_point, multipliers
-from amble.stability.spectrum import spectrum
+from amble.stability.spectrum import largest_radius, pseudospectral_radius, radius, spectrum
 from tests.hybrids import travelling, two_phases
 
 GUESS = np.array([0.0, 0.3, 1.0, -2.0, 0.4])
@@ -62,3 +62,51 @@ def test_differences_give_the_same_multipliers() -> None:
     first = multipliers(system, orbit.state)
     second = spectrum(system, orbit.state, orbit.monodromy.image, difference_check(system, orbit.state).matrix)
     assert second.matrix == pytest.approx(first.matrix, abs=1e-8)
+
+
+@pytest.mark.parametrize("size", [1e-10, 1e-6, 1e-2, 1.0])
+def test_an_eigenvalue_of_a_normal_matrix_moves_by_the_perturbation(size: float) -> None:
+    c, s = np.cos(0.7), np.sin(0.7)
+    matrix = 0.8 * np.array([[c, -s, 0], [s, c, 0], [0, 0, 0.3]])
+    assert pseudospectral_radius(matrix, size) == pytest.approx(0.8 + size, rel=1e-12, abs=3e-3 * size)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_an_eigenvalue_of_a_jordan_block_moves_by_a_root_of_the_perturbation(n: int) -> None:
+    size = 1e-9
+    measured = pseudospectral_radius(np.eye(n, k=1), size)
+    assert measured == pytest.approx(size ** (1 / n), rel=1e-2)  # the leading term for small perturbations
+
+
+def test_no_perturbation_exceeds_it() -> None:
+    rng = np.random.default_rng(3)
+    matrix = rng.normal(size=(6, 6)) / 3
+    estimate = pseudospectral_radius(matrix, 1e-2)
+    assert estimate > radius(matrix)
+    reached = 0.0
+    for _ in range(2000):
+        perturbation = rng.normal(size=(6, 1)) @ rng.normal(size=(1, 6))
+        reached = max(reached, radius(matrix + 1e-2 * perturbation / np.linalg.norm(perturbation, 2)))
+    assert radius(matrix) < reached <= estimate
+
+
+def test_without_a_perturbation_nothing_moves() -> None:
+    assert pseudospectral_radius(np.diag([0.5, -0.7]), 0.0) == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e4])
+def test_the_estimate_covers_the_doubt_and_is_sharper_in_suitable_coordinates(scale: float) -> None:
+    rng = np.random.default_rng(8)
+    stretch = np.diag([1.0, scale, 1.0, scale])
+    matrix = stretch @ (0.4 * rng.normal(size=(4, 4))) @ np.linalg.inv(stretch)
+    doubt = stretch @ (1e-6 * rng.normal(size=(4, 4))) @ np.linalg.inv(stretch)
+    estimate = largest_radius(matrix, [doubt])
+    for sign in (1, -1):
+        assert radius(matrix + sign * doubt) <= estimate
+    assert estimate <= pseudospectral_radius(matrix, float(np.linalg.norm(doubt, 2)))
+    assert estimate - radius(matrix) < 1e-4
+
+
+def test_a_map_that_forgets_everything_has_an_estimate() -> None:
+    assert largest_radius(np.zeros((3, 3)), [1e-6 * np.eye(3)]) == pytest.approx(1e-6, rel=1e-2)
+    assert largest_radius(np.eye(3, k=1), [1e-9 * np.eye(3)]) <= 1.01e-3

@@ -16,16 +16,13 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.robot.natural_units import natural_units
 from amble.simulation import simulate
-from amble.stability.bilinear import TRACE, least_bound
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
-from amble.stability.contraction import section_distances
-from amble.stability.leading_mode import NEAR, leading_mode
-from amble.stability.lyapunov import smoothed_radius
+from amble.stability.contraction import NEAR, leading_mode, section_distances
+from amble.stability.lyapunov import smoothed_radius, verified_bound
 from amble.stability.monodromy import monodromy
-from amble.stability.quadratic_bound import verified_bound
 from amble.stability.spectrum import multipliers
 from amble.stability.stabilize import NotStabilizedError, Stabilized, stabilization
-from amble.stability.weight_search import Closed, WeightSearch
+from amble.stability.weight_search import TRACE, Closed, WeightSearch, least_bound
 from amble.types import Vector
 
 WEIGHTS = 66

@@ -14,9 +14,29 @@ import casadi as ca
 import numpy as np
 
 from amble.errors import InputError
-from amble.simulation.faults import may_throw
 from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
 from amble.types import NodeValues, Vector
+
+SAFE = ("SXFunction", "External")
+"""Straight-line arithmetic, and compiled code, which returns a status."""
+
+
+def may_throw(function: ca.Function) -> bool:
+    """Whether a function holds anything but arithmetic and compiled code: a solver, an assertion, a callback in Python.
+
+    Such a function is evaluated through Python, where its failure is caught.
+    """
+    if function.class_name() in SAFE:
+        return False
+    if not function.is_a("MXFunction"):
+        return True
+    for place in range(function.n_instructions()):
+        kind = function.instruction_id(place)
+        if kind == ca.OP_ASSERTION:
+            return True
+        if kind == ca.OP_CALL and may_throw(function.instruction_MX(place).which_function()):
+            return True
+    return False
 
 
 class Callee(ctypes.Structure):

@@ -18,8 +18,7 @@ from amble.errors import InputError, UnknownNameError, printable, shown
 from amble.io.codec import TEXT, ListOf
 from amble.io.reader import parse_json
 from amble.io.storage import replacing
-from amble.simulation.netcdf import Variable, write_netcdf
-from amble.simulation.netcdf_reader import read_netcdf
+from amble.simulation.netcdf import Variable, read_netcdf, write_netcdf
 from amble.simulation.trace import Event, Trace
 
 FORMAT = "amble trace"

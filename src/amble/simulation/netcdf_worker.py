@@ -1,6 +1,6 @@
 """A process that reads the arrays of one netCDF file: a damaged file can keep the HDF5 library busy for ever.
 
-Run by ``netcdf_reader`` as a script with the file as standard input, never imported: it needs numpy and h5py alone.
+Run by ``netcdf`` as a script with the file as standard input, never imported: it needs numpy and h5py alone.
 What it found goes to standard output: one line of JSON, then the numbers of every array, one after the other.
 """
 

@@ -1,4 +1,4 @@
-"""A domain prepared for motions through it."""
+"""A domain prepared for motions, and the flow through it: in native code where that can be had, else with scipy."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.hybrid.system import numeric
+from amble.simulation import interpreted, native
 from amble.simulation.bound import Bound, bind
-from amble.simulation.flow import LEFT_DOMAIN, RESOLUTION, STUCK
+from amble.simulation.flow import LEFT_DOMAIN, RESOLUTION, STUCK, EventFunction, Flow, FlowDefinition
 from amble.types import Vector
 
 
@@ -56,3 +57,28 @@ def prepare_domain(system: HybridSystem, name: str) -> PreparedDomain:
     return PreparedDomain(
         [candidate.name for candidate in system.domains].index(name), domain, leaving, admissibility, resets
     )
+
+
+def prepare(system: HybridSystem, name: str) -> Flow:
+    """Prepare the flow through a domain of a system, in native code where that can be had."""
+    domain = system.domain(name)
+    events = event_functions(domain, system.leaving(name))
+    return prepare_flow(
+        FlowDefinition(domain.field, domain.parameters, events, domain.admissibility is not None, domain.breakpoints)
+    )
+
+
+def prepare_flow(definition: FlowDefinition) -> Flow:
+    """Prepare a flow from functions, in native code where that can be had."""
+    flow = native.prepare(definition)
+    return interpreted.prepare(definition) if flow is None else flow
+
+
+def event_functions(domain: Domain, leaving: tuple[Transition, ...]) -> tuple[EventFunction, ...]:
+    """List the guards in the order of the transitions, then the margin of the domain where it has one."""
+    guards = [
+        EventFunction(transition.guard, transition.direction, transition.dead_time, transition.slope_bound)
+        for transition in leaving
+    ]
+    margin = [] if domain.admissibility is None else [EventFunction(domain.admissibility, -1, 0.0)]
+    return (*guards, *margin)

@@ -18,10 +18,9 @@ from amble.gait.control_law import ControlLaw
 from amble.hybrid import HybridSystem
 from amble.progress import Progress
 from amble.simulation.bound import bind
-from amble.simulation.perturbation import perturbed
 from amble.simulation.trace import Trace
 from amble.simulation.walk import ENGINES, Engine
-from amble.types import IntegerVector, NodeValues, Vector
+from amble.types import IntegerVector, NodeValues, Vector, frozen
 
 Loop = Callable[[Gait, AllocationLaw | None], HybridSystem]
 """What closes the loop of a gait."""
@@ -190,3 +189,20 @@ def _signals(system: HybridSystem, clock: Vector, state: NodeValues, domain: Int
                 recorded[name] = np.full((clock.size, value.shape[1]), np.nan)
             recorded[name][rows] = value
     return recorded
+
+
+def perturbed(state: Vector, size: float, seed: int) -> Vector:
+    """Change every state by exactly size, up or down at random, in the state's own unit.
+
+    Args:
+        state: (n_x,).
+        size: of every change, at least 0; with 0 the state itself is returned.
+        seed: of the random numbers; the same seed gives the same start.
+
+    Raises:
+        InputError: the size is negative or not finite.
+    """
+    if not 0.0 <= size < np.inf:
+        raise InputError(f"the size of a perturbation is a number from 0 on, not {size}")
+    sign = np.random.default_rng(seed).choice([-1.0, 1.0], len(state))
+    return frozen(np.asarray(state) + size * sign)

@@ -3,10 +3,9 @@
 from amble.stability.certificate import Certificate, assess
 from amble.stability.certification import certify
 from amble.stability.contraction import Contraction, contraction, section_distances
-from amble.stability.differences import Differences, difference_check
 from amble.stability.fixed_point import FixedPoint, fixed_point
 from amble.stability.monodromy import Monodromy, monodromy
-from amble.stability.poincare import poincare_map
+from amble.stability.poincare import Differences, difference_check, poincare_map
 from amble.stability.spectrum import Neutral, Spectrum, multipliers
 
 __all__ = [

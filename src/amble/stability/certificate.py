@@ -4,8 +4,8 @@ The orbit is exponentially stable when the spectral radius of the reduced return
 A by variational equations, and by differences of the whole map as a second opinion. The error bar of the radius is
 rho_e(A) - rho(A), where rho_e is the pseudospectral radius: the largest radius that any perturbation of size e of A can
 give, with e the distance of the two matrices plus the change of A under the last step of a tolerance sweep, in
-coordinates that suit A (``pseudospectrum``). It is an estimate, not a strict bound: e is measured, not proven, and
-nothing here encloses roundoff, the integrator's error or the motion itself as interval arithmetic would.
+coordinates that suit A (``pseudospectral_radius``). It is an estimate, not a strict bound: e is measured, not proven,
+and nothing here encloses roundoff, the integrator's error or the motion itself as interval arithmetic would.
 """
 
 from __future__ import annotations
@@ -20,15 +20,13 @@ from amble.hybrid import HybridSystem
 from amble.io.facts import rows_html
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
-from amble.stability.differences import Differences, difference_check
+from amble.stability.contraction import LeadingMode, leading_mode
 from amble.stability.disturbance import Disturbance
 from amble.stability.group import closest_shift
-from amble.stability.leading_mode import LeadingMode, leading_mode
+from amble.stability.lyapunov import QuadraticBound, quadratic_bound
 from amble.stability.monodromy import prepare_variational
-from amble.stability.poincare import TIME_LIMIT
-from amble.stability.pseudospectrum import largest_radius
-from amble.stability.quadratic_bound import QuadraticBound, quadratic_bound
-from amble.stability.spectrum import Spectrum, spectrum
+from amble.stability.poincare import TIME_LIMIT, Differences, difference_check
+from amble.stability.spectrum import Spectrum, largest_radius, spectrum
 from amble.types import Json, Vector, frozen
 
 TOLERANCES = (1e-8, 1e-10, 1e-12)

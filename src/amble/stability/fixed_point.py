@@ -25,11 +25,10 @@ from amble.hybrid import HybridSystem
 from amble.hybrid.system import numeric
 from amble.progress import Progress, ProgressReport
 from amble.residual import Residual
-from amble.stability.dead_time import depends_on_clock, missing_dead_time
 from amble.stability.group import Shift, closest_shift, generators, gradients
 from amble.stability.monodromy import Monodromy, prepare_variational
 from amble.stability.period import least_cycles, other_period
-from amble.stability.poincare import TIME_LIMIT, TOLERANCE
+from amble.stability.poincare import TIME_LIMIT, TOLERANCE, depends_on_clock, missing_dead_time
 from amble.types import Vector, frozen
 
 SMALLEST_SHARE = 2.0**-10

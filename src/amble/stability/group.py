@@ -17,7 +17,7 @@ from amble.hybrid import Domain, HybridSystem, Invariant
 from amble.hybrid.expressions import FIELD_ARGUMENTS
 from amble.hybrid.system import numeric
 from amble.simulation.flow import TOO_LONG, FlowDefinition
-from amble.simulation.preparation import prepare_flow
+from amble.simulation.prepared import prepare_flow
 from amble.stability.monodromy import augmented
 from amble.types import Matrix, Vector, frozen
 

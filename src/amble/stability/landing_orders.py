@@ -18,8 +18,8 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.landing_domains import landing_steps
 from amble.residual import Residual
+from amble.stability.lyapunov import quadratic_bound, verified_bound
 from amble.stability.monodromy import prepare_variational
-from amble.stability.quadratic_bound import quadratic_bound, verified_bound
 from amble.stability.spectrum import Spectrum, spectrum
 from amble.types import Matrix, Vector
 

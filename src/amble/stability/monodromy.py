@@ -30,11 +30,9 @@ from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.hybrid.system import numeric
 from amble.names import identifier
-from amble.simulation.ending import MOST_EVENTS, TOO_MANY, explained
 from amble.simulation.flow import EventFunction, Flow, FlowDefinition
-from amble.simulation.preparation import event_functions, prepare_flow
-from amble.simulation.prepared import PreparedDomain, prepare_domain
-from amble.simulation.walk import longest_look
+from amble.simulation.prepared import PreparedDomain, event_functions, prepare_domain, prepare_flow
+from amble.simulation.walk import MOST_EVENTS, TOO_MANY, explained, longest_look
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Matrix, Vector, frozen

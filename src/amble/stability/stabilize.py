@@ -13,8 +13,7 @@ from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.hybrid import SIMULTANEOUS
 from amble.progress import Progress, ProgressReport, silent
-from amble.stability.bilinear import least_bound
-from amble.stability.weight_search import Closed, WeightSearch
+from amble.stability.weight_search import Closed, WeightSearch, least_bound
 from amble.types import Vector
 
 ROUNDS = 3
@@ -98,8 +97,8 @@ def stabilization(
 ) -> Stabilized:
     """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d).
 
-    The contraction bound of the return map is minimised (``bilinear``) on the closed loop's orbit, and again on its own
-    orbit under the weights found, until that gains less than 10 %.
+    The contraction bound of the return map is minimised (``least_bound``) on the closed loop's orbit, and again on its
+    own orbit under the weights found, until that gains less than 10 %.
 
     Args:
         gait: the gait; feedback that it already has is replaced.

@@ -1,7 +1,17 @@
-"""The closed loop of a gait with free output weights: its orbit, and what it is at its own fixed point under others."""
+"""The closed loop of a gait with free output weights: its orbit, and what it is at its own fixed point under others.
+
+The bilinear matrix inequality problem of orbital stabilisation is solved in the weights and W together.
+
+The problem (Akbari Hamed et al. 2014; docs/theory/stability.md, eq. 20 to 24): find weights theta, W > 0 and the least
+r with r^2 W - A(theta)^T W A(theta) > 0. It is bilinear in W and theta. With trace W bounded by c its best W for given
+weights solves a Lyapunov equation, and r is the smoothed spectral radius (``lyapunov``): W is eliminated, and a smooth
+function of the weights alone is left, with an exact gradient. No linear model in the weights and no semidefinite
+program is needed.
+"""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -9,12 +19,12 @@ import numpy as np
 
 from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.outputs import controllable
-from amble.errors import UnknownNameError, WorkError
+from amble.errors import InputError, NotSolvedError, UnknownNameError, WorkError
 from amble.gait import Feedback, Gait
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import HybridSystem
+from amble.progress import Progress, ProgressReport
 from amble.robot.natural_units import natural_units
-from amble.stability.bilinear import TRACE
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedback
 from amble.stability.fixed_point import FixedPoint
 from amble.stability.lyapunov import smoothed_radius
@@ -22,9 +32,48 @@ from amble.stability.orbit import Orbit, sample_orbit
 from amble.stability.weighted_map import WeightedMap, Weighting, weighted_map
 from amble.types import Vector
 
+TRACE = 1e5
+"""Bound c of trace W for states in natural units, so that no disturbance grows by more than sqrt(c)."""
+
+SIZE_PENALTY = 1e-4
+"""Weight of |theta|^2 beside log r: large weights amplify what the model leaves out."""
+
+EVALUATIONS = 150
+MEMORY = 30
+
 LARGEST_DRIFT = 1e-3
 """What new weights may move the fixed point by: the references miss the orbit by about 1e-6, which weights feed back,
 so that orbits under large weights lie up to 1e-5 away. More would be another gait."""
+
+
+def least_bound(orbit: Orbit, weighting: Weighting, theta: Vector, progress: Progress | None = None) -> Vector:
+    """Descend from theta to weights of least bound r, by L-BFGS.
+
+    Raises:
+        NotSolvedError: the return map of some weights cannot be computed.
+    """
+    from scipy.optimize import minimize
+
+    numbers = itertools.count(1)
+
+    def objective(trial: Vector) -> tuple[float, Vector]:
+        here = weighted_map(orbit, weighting, trial)
+        found = smoothed_radius(here.matrix, TRACE)
+        if progress is not None:
+            quantity = "contraction bound of the return map"
+            progress(
+                ProgressReport(
+                    what="evaluation", done=next(numbers), of=EVALUATIONS, quantity=quantity, value=found.value
+                )
+            )
+        value = float(np.log(found.value)) + SIZE_PENALTY * float(trial @ trial)
+        return value, here.gradient(found.slope) + 2.0 * SIZE_PENALTY * trial
+
+    options = {"maxfun": EVALUATIONS, "maxcor": MEMORY}
+    try:
+        return np.asarray(minimize(objective, theta, jac=True, method="L-BFGS-B", options=options).x)
+    except (InputError, np.linalg.LinAlgError) as error:
+        raise NotSolvedError(f"no return map for the weights that the descent tried: {error}") from None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,10 +18,10 @@ from amble.report.run import RunReport, Stability, run_files, write_run
 from amble.report.stability_results import perturbed_results, stability_of
 from amble.simulation import Trace, save_trace, simulate
 from amble.stability import Certificate
-from amble.stability.bilinear import TRACE as TRACE_BOUND
 from amble.stability.certificate import TOLERANCES
 from amble.stability.gait_certificate import distances, initial_spectrum
 from amble.stability.stabilize import Stabilized, stabilization
+from amble.stability.weight_search import TRACE as TRACE_BOUND
 from amble.synthesis.specification import Specification
 from amble.workflow.certify import CERTIFICATE, certify_into
 from amble.workflow.measure import GAIT, TRACE, measure
