@@ -147,7 +147,7 @@ def read_urdf(path: Path) -> Any:
     """Load a robot and ask for what commands and records ask for: hash, size, physics, mirror."""
     from amble.errors import InputError
     from amble.robot import load_robot
-    from amble.robot.physical import physical_rows
+    from amble.robot.plausibility import physical_rows
 
     text = path.read_bytes()[:100_000].decode("utf-8", "ignore")
     feet = {label: frame for label, frame in FEET if f'"{frame}"' in text}

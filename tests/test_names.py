@@ -20,7 +20,7 @@ from amble.hybrid import Domain, Stance, Transition
 from amble.io.storage import dumps
 from amble.names import LONGEST, check_distinct, check_name, identifier
 from amble.robot import Robot, load_robot
-from amble.robot.model import BASE_COORDINATES
+from amble.robot.parts import BASE_COORDINATES
 from amble.synthesis.specification import read_specification
 from amble.synthesis.specified import problem_of
 from tests.hostile import allowed, hostile_name

@@ -22,7 +22,7 @@ from amble.errors import InputError, UnknownNameError
 from amble.hybrid import Contacts, GaitPattern, constrained_dynamics, gait_pattern
 from amble.hybrid.gaits import amble, trot
 from amble.robot import Robot
-from amble.robot.posture import nominal_posture
+from amble.robot.proposal import nominal_posture
 from amble.types import Matrix
 from tests.control.allocation.stances import random_postures
 from tests.robots import ROBOTS, robot

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from amble.robot import Robot, kinematics
 from amble.robot.mirror import REFLECTION
-from amble.robot.model import Foot, Joint, Link
+from amble.robot.parts import Foot, Joint, Link
 from amble.types import Matrix, Vector, frozen
 
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from amble.errors import InputError
-from amble.robot.feet import proposed_feet
+from amble.robot.proposal import proposed_feet
 from amble.synthesis.specification import read_specification
 from amble.synthesis.specified import problem_of
 from amble.workflow.proposal import described, written

@@ -49,7 +49,7 @@ def specification(
     """
     from amble.hybrid.gaits import GAITS
     from amble.robot import catalogue
-    from amble.robot.feet import proposed_feet
+    from amble.robot.proposal import proposed_feet
     from amble.workflow.proposal import described
 
     known, lacking, labelled = robot in catalogue.names(), [], {}

@@ -62,9 +62,8 @@ def robots(
 
 def _notes(file: Path, robot: Robot) -> list[str]:
     """Say what is odd about a robot; where no feet are named, which they may be."""
-    from amble.robot.doctor import asymmetry, doubts
-    from amble.robot.feet import proposed_feet
-    from amble.robot.posture import standing_posture
+    from amble.robot.plausibility import asymmetry, doubts
+    from amble.robot.proposal import proposed_feet, standing_posture
 
     notes = list(doubts(robot))
     if not robot.feet:

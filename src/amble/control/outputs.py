@@ -13,7 +13,7 @@ from amble.errors import InputError, UnknownNameError
 from amble.hybrid import Contacts, GaitPattern, Stance
 from amble.robot import Robot, kinematics
 from amble.robot.catalogue import Posture
-from amble.robot.posture import LATERAL, nominal_posture
+from amble.robot.proposal import LATERAL, nominal_posture
 from amble.types import Matrix, Vector
 
 LARGEST_ORDER = 14

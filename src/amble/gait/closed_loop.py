@@ -21,7 +21,7 @@ from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Stance, Switch, Symmetry, Transition
 from amble.io.units import units
 from amble.robot import Robot, kinematics
-from amble.robot.model import RATE
+from amble.robot.parts import RATE
 from amble.types import Vector, frozen
 
 SIGNALS = {"torque": "N m", "force": "N", "foot": "m", "foot_velocity": "m/s", "pivot": "1"}

@@ -2,10 +2,10 @@
 
 from amble.robot import catalogue, dynamics, kinematics
 from amble.robot.loading import load_robot
-from amble.robot.mirror import Mirror
-from amble.robot.model import Foot, Joint, Link, Robot
+from amble.robot.mirror import Mirror, symmetrized
+from amble.robot.model import Robot
+from amble.robot.parts import Foot, Joint, Link
 from amble.robot.readers import READERS
-from amble.robot.symmetry import symmetrized
 
 __all__ = [
     "READERS",

@@ -3,6 +3,8 @@
 Coordinates and velocities are those of `kinematics`: v = dq/dt, not a body twist. Every function takes casadi SX, MX,
 DM or numpy and returns the matching casadi type. Expressions built from several calls share sines and cosines only
 after `casadi.cse`.
+
+The mass matrix is that of composite rigid bodies (Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 6).
 """
 
 from __future__ import annotations
@@ -13,14 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from amble.robot.composite import composite_rigid_body
-from amble.robot.joint_frames import aligned_joint_frames
-from amble.robot.kinematics import base_rotation, link_poses
-from amble.robot.newton_euler import energy_and_momentum, newton_euler
-from amble.robot.rotation import constant
+from amble.robot.kinematics import aligned_joint_frames, angle_axes, base_rotation, link_poses
+from amble.robot.newton_euler import Frames, base_inertial_parameters, energy_and_momentum, joint_frames, newton_euler
+from amble.robot.rotation import constant, cross
 
 if TYPE_CHECKING:
     from amble.robot.model import Robot
+
+Composite = tuple[float, ca.SX, ca.SX]
+"""Mass, first moment and inertia about the origin of a link with all that it carries, link axes."""
 
 
 def mass_matrix(robot: Robot, q: Any) -> Any:
@@ -95,3 +98,88 @@ def _potential_energy(robot: Robot) -> ca.Function:
         return [robot.gravity * (robot.mass * q[2] + rise)]
 
     return _function("potential_energy", robot, "q", build)
+
+
+def composite_rigid_body(robot: Robot, q: ca.SX) -> ca.SX:
+    """Return D, (n_q, n_q), with structural zeros between different legs."""
+    frames = joint_frames(robot, q)
+    bodies = _composites(robot, frames)
+    matrix = ca.SX(robot.size, robot.size)
+    _enter_base(matrix, q, bodies[0])
+    for j in range(len(robot.joints)):
+        _enter_joint(matrix, robot, q, frames, j, bodies[robot.joints[j].child])
+    return ca.sparsify(matrix)
+
+
+def _enter(matrix: ca.SX, row: int, column: int, value: ca.SX) -> None:
+    matrix[row, column] = value
+    matrix[column, row] = value
+
+
+def _enter_base(matrix: ca.SX, q: ca.SX, body: Composite) -> None:
+    """Enter the block of the six base coordinates."""
+    mass, moment, inertia = body
+    axes = angle_axes(q)
+    angular = inertia @ axes
+    for i in range(3):
+        matrix[i, i] = mass
+        force = base_rotation(q) @ cross(axes[:, i], moment)
+        for k in range(3):
+            _enter(matrix, k, 3 + i, force[k])
+        for k in range(i + 1):
+            _enter(matrix, 3 + k, 3 + i, ca.dot(axes[:, k], angular[:, i]))
+
+
+def _enter_joint(matrix: ca.SX, robot: Robot, q: ca.SX, frames: Frames, j: int, body: Composite) -> None:
+    """Enter the row of a joint: the wrench that accelerates it, seen by every joint below and by the base."""
+    _, first, inertia = body
+    axis = constant(robot.joints[j].axis)
+    force, moment = cross(axis, first), inertia @ axis
+    _enter(matrix, 6 + j, 6 + j, ca.dot(axis, moment))
+    for below in reversed(robot.chain(robot.joints[j].child)):
+        if below != j:
+            _enter(matrix, 6 + j, 6 + below, ca.dot(constant(robot.joints[below].axis), moment))
+        arm, turn = frames.translations[below], frames.rotations[below]
+        force = turn @ force
+        moment = turn @ moment + cross(arm, force)
+    force, moment = base_rotation(q) @ force, angle_axes(q).T @ moment
+    for k in range(3):
+        _enter(matrix, 6 + j, k, force[k])
+        _enter(matrix, 6 + j, 3 + k, moment[k])
+
+
+def _composites(robot: Robot, frames: Frames) -> list[Composite]:
+    """Gather bodies inwards."""
+    bodies = [
+        (b.mass, ca.SX(constant(b.first_moment)), ca.SX(constant(b.inertia))) for b in base_inertial_parameters(robot)
+    ]
+    for j in reversed(robot.ordered_joints):
+        joint, turn, arm = robot.joints[j], frames.rotations[j], frames.translations[j]
+        mass, moment, inertia = bodies[joint.child]
+        mass_on, moment_on, inertia_on = bodies[joint.parent]
+        turned = turn @ moment
+        shifted = _rotated(turn, inertia) + _parallel_axes(mass, turned, arm)
+        bodies[joint.parent] = (mass_on + mass, moment_on + turned + mass * arm, inertia_on + shifted)
+    return bodies
+
+
+def _rotated(turn: ca.SX, inertia: ca.SX) -> ca.SX:
+    """Return R I R', of which only one triangle is computed."""
+    half = turn @ inertia
+    return _symmetric({(i, j): ca.dot(half[i, :], turn[j, :]) for i in range(3) for j in range(i, 3)})
+
+
+def _parallel_axes(mass: float, moment: ca.SX, arm: ca.DM) -> ca.SX:
+    """What an inertia about one origin gains about another: (2 p.c + m p.p) I - (p c' + c p' + m p p')."""
+    mixed = moment + 0.5 * mass * arm
+    diagonal = 2 * ca.dot(arm, mixed)
+    upper = {}
+    for i in range(3):
+        for j in range(i, 3):
+            product = arm[i] * mixed[j] + mixed[i] * arm[j]
+            upper[i, j] = diagonal - product if i == j else -product
+    return _symmetric(upper)
+
+
+def _symmetric(upper: dict[tuple[int, int], ca.SX]) -> ca.SX:
+    return ca.vertcat(*(ca.horzcat(*(upper[min(i, j), max(i, j)] for j in range(3))) for i in range(3)))

@@ -8,7 +8,8 @@ from typing import Any
 from amble.errors import InputError, shown
 from amble.io.codec import TEXT, Codec, Count, ListOf, Record
 from amble.io.quantities import Array, Interval, Number
-from amble.robot.model import NO_OVERLAYS, Foot, Joint, Link, Robot
+from amble.robot.model import NO_OVERLAYS, Robot
+from amble.robot.parts import Foot, Joint, Link
 from amble.types import Json
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError, listed, printable, shown
-from amble.robot.model import Foot, Joint, Link, Robot
+from amble.robot.model import Robot
+from amble.robot.parts import Foot, Joint, Link
 from amble.robot.readers import FileJoint, FileLink, FileRobot, read_robot
 from amble.robot.rotation import skew, snap
 from amble.types import Matrix, Vector, frozen

@@ -18,7 +18,7 @@ import numpy as np
 from amble.errors import InputError, printable, shown
 from amble.io.reader import parse_number, read_bytes
 from amble.names import check_name
-from amble.robot.model import LARGEST_NUMBER
+from amble.robot.parts import LARGEST_NUMBER
 from amble.robot.rotation import rotation_of_rpy
 from amble.types import Matrix, Vector, frozen
 

@@ -13,7 +13,7 @@ from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
 from amble.robot.natural_units import velocity_unit
-from amble.robot.physical import physical_rows
+from amble.robot.plausibility import physical_rows
 from amble.simulation import Trace
 from amble.stability.certificate import Certificate, finite, row_to_dict
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point

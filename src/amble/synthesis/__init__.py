@@ -1,6 +1,6 @@
 """The gait problem, its transcription and its solution."""
 
-from amble.robot.posture import standing_posture
+from amble.robot.proposal import standing_posture
 from amble.synthesis.defaults import default_limits, gait_problem
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.refine import refine

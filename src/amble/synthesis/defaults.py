@@ -13,7 +13,7 @@ from amble.hybrid import FLAT, POINT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue
 from amble.robot.catalogue import GaitBounds, Posture
-from amble.robot.posture import nominal_posture
+from amble.robot.proposal import nominal_posture
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.symmetric import on_symmetric
 

@@ -7,8 +7,8 @@ import logging
 import numpy as np
 
 from amble.errors import InputError, printable
-from amble.robot.doctor import doubts
 from amble.robot.kinematics import foot_position
+from amble.robot.plausibility import doubts
 from amble.synthesis.problem import GaitProblem
 
 logger = logging.getLogger("amble")

@@ -10,7 +10,7 @@ from amble.hybrid.ground import into_frame
 from amble.names import identifier
 from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
-from amble.robot.model import RATE
+from amble.robot.parts import RATE
 from amble.synthesis.assembly import Block, Label
 from amble.synthesis.landing_rows import landing_rows
 from amble.synthesis.layout import DomainLayout, Layout

@@ -16,7 +16,7 @@ from amble.names import identifier
 from amble.numerics.bezier import bezier
 from amble.numerics.collocation import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
-from amble.robot.model import ACCELERATION, RATE
+from amble.robot.parts import ACCELERATION, RATE
 from amble.synthesis.assembly import Block, Label
 from amble.synthesis.bounds import MARGIN
 from amble.synthesis.layout import DomainLayout, Layout

@@ -18,7 +18,7 @@ from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_p
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
-from amble.robot.posture import nominal_posture
+from amble.robot.proposal import nominal_posture
 from amble.synthesis.defaults import default_limits
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.symmetric import on_symmetric

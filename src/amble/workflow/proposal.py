@@ -13,7 +13,7 @@ from amble.control.outputs import DomainOutputs
 from amble.gait.limits import Interval, Limits
 from amble.hybrid import Plane
 from amble.robot import Robot, catalogue
-from amble.robot.feet import proposed_twins
+from amble.robot.proposal import proposed_twins
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.specification import SolverSection, Specification, specification_of
 

@@ -1,15 +1,10 @@
-"""Robots that ship with the package, one file each."""
+"""Robots that ship with the package; one file a machine, with its models."""
 
 from amble.errors import UnknownNameError
-from amble.robot.catalogue import astro as _astro
-from amble.robot.catalogue import astro_cad as _astro_cad
+from amble.robot.catalogue.astro import ENTRIES as _ENTRIES
+from amble.robot.catalogue.astro import astro, astro_cad
 from amble.robot.catalogue.record import Entry, GaitBounds, Posture
 from amble.robot.model import Robot
-
-_ENTRIES = {"astro": _astro.ENTRY, "astro_cad": _astro_cad.ENTRY}
-
-astro = _astro.astro
-astro_cad = _astro_cad.astro_cad
 
 
 def names() -> tuple[str, ...]:

@@ -70,4 +70,9 @@ def astro() -> Robot:
     return load_leg_model("astro")
 
 
-ENTRY = Entry(astro, POSTURE, AUTHORS_BOUNDS)
+def astro_cad() -> Robot:
+    """Return ASTRo with the inertias and centres of mass of its CAD model; geometry, masses and limits are the same."""
+    return load_leg_model("astro_cad")
+
+
+ENTRIES = {"astro": Entry(astro, POSTURE, AUTHORS_BOUNDS), "astro_cad": Entry(astro_cad, POSTURE, AUTHORS_BOUNDS)}

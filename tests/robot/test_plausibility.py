@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amble.robot import Robot
-from amble.robot.doctor import asymmetry, doubts
+from amble.robot.plausibility import asymmetry, doubts
 from tests.robots import ROBOTS, robot
 
 

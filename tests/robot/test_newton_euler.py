@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from amble.robot import dynamics, kinematics
-from amble.robot.inertial_parameters import base_inertial_parameters
+from amble.robot.newton_euler import base_inertial_parameters
 from amble.types import Matrix
 from tests.robot.sampling import relative_error, sampled
 from tests.robots import ROBOTS, random_states, robot

@@ -1,0 +1,116 @@
+"""The parts of a robot as numbers with names: links, revolute joints, point feet; and what such numbers may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amble.errors import InputError
+from amble.names import check_name
+from amble.types import Matrix, Vector
+
+BASE_COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
+"""The base as a serial chain: prismatic along world x, y, z, then revolute about X, Y', Z''; R = Rx Ry Rz."""
+
+RATE, ACCELERATION = "rate of ", "acceleration of "
+"""Before the name of a coordinate: the name of its derivative among states and rows."""
+
+LARGEST_NUMBER = 1e12
+"""Largest number of a robot, in SI units: products of a few stay far below the largest that there is."""
+
+
+def check_bounded(what: str, *values: float | Matrix) -> None:
+    """Refuse numbers that are not finite, or larger than any robot has.
+
+    Raises:
+        InputError: in one sentence, with the number.
+    """
+    for value in values:
+        array = np.asarray(value, dtype=np.float64)
+        bad = ~(np.abs(array) <= LARGEST_NUMBER)
+        if np.any(bad):
+            raise InputError(
+                f"the {what} holds {array[bad][0]:g}; numbers of a robot are finite, up to {LARGEST_NUMBER:g}"
+            )
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid body, fixed links merged into it.
+
+    Attributes:
+        name: name of the link that moves.
+        mass: kg.
+        center: centre of mass in the link's frame, (3,), m.
+        inertia: rotational inertia about the centre of mass, link axes, (3, 3), kg m^2.
+    """
+
+    name: str
+    mass: float
+    center: Vector
+    inertia: Matrix
+
+    def __post_init__(self) -> None:
+        """Check the name and the size of the numbers."""
+        check_name("link", self.name)
+        check_bounded(f"link '{self.name}'", self.mass, self.center, self.inertia)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """A revolute joint; the frame of its child link is the joint frame.
+
+    Attributes:
+        name: name in the file.
+        parent: index of the link it hangs on.
+        child: index of the link it moves.
+        rotation: orientation of the joint frame in the parent link at angle zero, (3, 3).
+        translation: origin of the joint frame in the parent link, (3,), m.
+        axis: unit vector in the joint frame, (3,).
+        lower: smallest angle, rad; minus infinity where the file gives none.
+        upper: largest angle, rad; infinity where the file gives none.
+        effort: largest |torque|, N m; infinity where the file gives none.
+        velocity: largest |rate|, rad/s; infinity where the file gives none.
+    """
+
+    name: str
+    parent: int
+    child: int
+    rotation: Matrix
+    translation: Vector
+    axis: Vector
+    lower: float
+    upper: float
+    effort: float
+    velocity: float
+
+    def __post_init__(self) -> None:
+        """Check name and numbers: a joint is a coordinate, beside those of the base and the derivatives of all."""
+        check_name("joint", self.name)
+        if self.name in BASE_COORDINATES or self.name.startswith((RATE, ACCELERATION)):
+            raise InputError(f"a joint is called '{self.name}', which is the name of another coordinate or derivative")
+        check_bounded(f"joint '{self.name}'", self.rotation, self.translation, self.axis)
+
+
+@dataclass(frozen=True)
+class Foot:
+    """A point foot.
+
+    Attributes:
+        name: the user's label.
+        frame: the link or joint of the file that the label stands for.
+        link: index of the moving link that carries the foot.
+        offset: position of the foot in that link's frame, (3,), m.
+    """
+
+    name: str
+    frame: str
+    link: int
+    offset: Vector
+
+    def __post_init__(self) -> None:
+        """Check the names and the size of the numbers."""
+        check_name("foot", self.name)
+        check_name("foot's frame", self.frame)
+        check_bounded(f"foot '{self.name}'", self.offset)
