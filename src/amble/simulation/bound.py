@@ -1,12 +1,14 @@
 """Casadi functions (t, x, p) bound to fixed parameters and to memory of their own.
 
-A call through casadi's buffers costs a microsecond where the ordinary one, which converts every argument, costs tens.
+A call through casadi's buffers costs a microsecond where the ordinary one, which converts every argument, costs tens;
+C code calls through casadi's C interface, which costs as little.
 """
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +16,8 @@ import casadi as ca
 import numpy as np
 
 from amble.errors import InputError
-from amble.simulation.library import DOUBLES, address, doubles, evaluation, load
+from amble.simulation.casadi_c import Loaded, interface, loaded
+from amble.simulation.library import DOUBLES, doubles, load
 from amble.types import NodeValues, Vector
 
 SAFE = ("SXFunction", "External")
@@ -43,7 +46,13 @@ class Callee(ctypes.Structure):
     """What C code calls: the structure of ``callee.h``."""
 
     _fields_ = (
-        ("handle", ctypes.c_void_p),
+        ("evaluate", ctypes.c_void_p),
+        ("arguments", ctypes.c_void_p),
+        ("outputs", ctypes.c_void_p),
+        ("integers", ctypes.c_void_p),
+        ("reals", ctypes.c_void_p),
+        ("id", ctypes.c_int),
+        ("memory", ctypes.c_int),
         ("clock", DOUBLES),
         ("state", DOUBLES),
         ("results", ctypes.POINTER(DOUBLES)),
@@ -54,7 +63,7 @@ class Callee(ctypes.Structure):
 
 
 ARGUMENTS = (
-    ctypes.c_void_p, ctypes.POINTER(Callee), ctypes.c_int, DOUBLES, DOUBLES, ctypes.POINTER(DOUBLES),
+    ctypes.POINTER(Callee), ctypes.c_int, DOUBLES, DOUBLES, ctypes.POINTER(DOUBLES),
 )  # fmt: skip
 
 
@@ -65,6 +74,7 @@ class Bound:
     ``throws`` says that the function may fail by an exception; where it does, its results are not numbers.
     """
 
+    function: ca.Function
     buffer: ca.FunctionBuffer
     evaluate: Any
     clock: Vector
@@ -96,8 +106,8 @@ class Bound:
             )
         collected = tuple(np.empty((clock.size, result.size)) for result in self.results)
         library = None if self.throws else load("along")
-        if library is not None:
-            self._along(library.amble_along, clock, state, collected)
+        if library is not None and self.callee is not None:
+            self._along(library.amble_along, self.callee, clock, state, collected)
             return collected
         for row in range(clock.size):
             self._call(clock[row], state[row])
@@ -105,11 +115,20 @@ class Bound:
                 values[row] = result
         return collected
 
-    def callee(self) -> Callee:
-        """Return what C code calls; it points to the memory of this object, which must outlive it."""
+    @functools.cached_property
+    def callee(self) -> Callee | None:
+        """What C code calls, None where it cannot; it points to the memory of this object, which must outlive it."""
+        taken, library = self._taken, interface()
+        if taken is None or library is None:
+            return None
         count = len(self.results)
+        taken.arguments[:3] = [_place(array) for array in (self.clock, self.state, self.parameters)]
+        taken.results[:count] = [_place(array) for array in self.results]
         return Callee(
-            address(self.buffer),
+            ctypes.cast(library.casadi_c_eval_id, ctypes.c_void_p),
+            *(ctypes.addressof(work) for work in (taken.arguments, taken.results, taken.integers, taken.reals)),
+            taken.held.number,
+            taken.memory,
             doubles(self.clock),
             doubles(self.state),
             (DOUBLES * count)(*map(doubles, self.results)),
@@ -118,14 +137,17 @@ class Bound:
             count,
         )
 
-    def _along(self, routine: Any, clock: Vector, state: NodeValues, collected: tuple[NodeValues, ...]) -> None:
+    @functools.cached_property
+    def _taken(self) -> Loaded | None:
+        return loaded(self.function)
+
+    def _along(
+        self, routine: Any, callee: Callee, clock: Vector, state: NodeValues, collected: tuple[NodeValues, ...]
+    ) -> None:
         """Fill ``collected`` in one call of ``along.c``."""
-        callee, pointers = self.callee(), DOUBLES * len(self.results)
+        pointers = DOUBLES * len(self.results)
         routine.argtypes, routine.restype = ARGUMENTS, None
-        routine(
-            evaluation(), ctypes.byref(callee), clock.size, doubles(clock), doubles(state),
-            pointers(*map(doubles, collected)),
-        )  # fmt: skip
+        routine(ctypes.byref(callee), clock.size, doubles(clock), doubles(state), pointers(*map(doubles, collected)))
 
     def _call(self, clock: float, state: Vector) -> None:
         self.clock[0] = clock
@@ -157,6 +179,7 @@ def bind(function: ca.Function, parameters: Vector) -> Bound:
         if array.size:
             buffer.set_res(position, array.data)
     return Bound(
+        function=dense,
         buffer=buffer,
         evaluate=evaluate,
         clock=clock,
@@ -165,6 +188,11 @@ def bind(function: ca.Function, parameters: Vector) -> Bound:
         results=results,
         throws=may_throw(dense),
     )
+
+
+def _place(array: Vector) -> int | None:
+    """Address of an array, null for an empty one."""
+    return int(array.ctypes.data) if array.size else None
 
 
 def _dense(function: ca.Function) -> ca.Function:

@@ -28,7 +28,6 @@ typedef struct {
 } Tableau;
 
 typedef struct {
-    void (*evaluate)(void *);
     const Callee *field, *guards;
     const double *sign;  /* +1: the guard fires rising, -1: falling */
     const double *first; /* clock of the first look at the guard, above 0 */
@@ -51,7 +50,7 @@ static double call(const Problem *problem, const Callee *callee, double clock, c
     *callee->clock = clock;
     memcpy(callee->state, state, problem->n * sizeof(double));
     callee->results[0][0] = NAN; /* a function that fails writes nothing: it must not look like its last value */
-    problem->evaluate(callee->handle);
+    evaluate(callee);
     return callee->results[0][0];
 }
 

@@ -1,7 +1,7 @@
-"""The C files of this package as loaded libraries, and casadi's entry for callers in C.
+"""The C files of this package as loaded libraries.
 
-The C code evaluates any casadi function, compiled or interpreted, through casadi's own buffer interface
-(``Function.buffer``), so it is compiled once and for all systems.
+The C code evaluates any casadi function, compiled or interpreted (``casadi_c.py``), so it is compiled once and for all
+systems.
 """
 
 from __future__ import annotations
@@ -11,15 +11,12 @@ import functools
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
-
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler, compiler
+from amble.simulation.casadi_c import interface
 from amble.types import NodeValues
 
 FLAGS = ("-O2", "-std=c99", "-fPIC", "-shared")
-EVALUATE = "_ZN6casadi21_function_buffer_evalEPv"
-"""casadi::_function_buffer_eval(void*), which casadi exports for callers in C."""
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 
@@ -29,21 +26,7 @@ def doubles(array: NodeValues) -> Any:
     return array.ctypes.data_as(DOUBLES)
 
 
-def address(buffer: ca.FunctionBuffer) -> int:
-    """Return the pointer inside the capsule that casadi hands out."""
-    pointer = ctypes.pythonapi.PyCapsule_GetPointer
-    pointer.restype, pointer.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
-    return int(pointer(buffer._self(), None))
-
-
-@functools.cache
-def evaluation() -> int | None:
-    """Address of casadi's evaluation of a buffer; None on a platform that names it otherwise."""
-    function = getattr(ctypes.CDLL(ca._casadi.__file__), EVALUATE, None)
-    return None if function is None else ctypes.cast(function, ctypes.c_void_p).value
-
-
-def load(name: str) -> ctypes.CDLL | None:
+def load(name: str) -> ctypes.PyDLL | None:
     """Load a C file of this package, compiled once for all processes.
 
     Args:
@@ -53,7 +36,7 @@ def load(name: str) -> ctypes.CDLL | None:
         The library; None where there is no compiler, no place to store it, or no way to call casadi from C.
     """
     tool = compiler()
-    if tool is None or evaluation() is None:
+    if tool is None or interface() is None:
         return None
     try:
         return _load(_built(name, tool))
@@ -62,8 +45,8 @@ def load(name: str) -> ctypes.CDLL | None:
 
 
 @functools.cache
-def _load(path: Path) -> ctypes.CDLL:
-    return ctypes.CDLL(str(path))
+def _load(path: Path) -> ctypes.PyDLL:
+    return ctypes.PyDLL(str(path))  # holds the global lock, as casadi's C interface needs
 
 
 @functools.cache

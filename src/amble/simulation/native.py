@@ -12,7 +12,7 @@ from amble.errors import WorkError
 from amble.numerics.tableau import dop853
 from amble.simulation.bound import Callee, bind
 from amble.simulation.flow import RESOLUTION, STEEP, STUCK, TOO_LONG, Arc, Flow, FlowDefinition
-from amble.simulation.library import DOUBLES, doubles, evaluation, load
+from amble.simulation.library import DOUBLES, doubles, load
 from amble.types import Vector
 
 CROSSED, NO_MEMORY = 0, 3
@@ -28,7 +28,6 @@ class _Tableau(ctypes.Structure):
 
 class _Problem(ctypes.Structure):
     _fields_ = (
-        ("evaluate", ctypes.c_void_p),
         ("field", ctypes.POINTER(Callee)),
         ("guards", ctypes.POINTER(Callee)),
         ("sign", DOUBLES),
@@ -77,7 +76,7 @@ class NativeFlow:
 
 
 def prepare(definition: FlowDefinition) -> Flow | None:
-    """Prepare a flow; None where ``library.load`` finds no library or a function might throw."""
+    """Prepare a flow; None where there is no library, or a function might throw or cannot be called from C."""
     library = load("dormand_prince")
     if library is None:
         return None
@@ -85,15 +84,18 @@ def prepare(definition: FlowDefinition) -> Flow | None:
     events = [bind(item.function, definition.parameters) for item in definition.events]
     if any(bound.throws for bound in (followed, *events)):
         return None
+    field, watched = followed.callee, [bound.callee for bound in events if bound.callee is not None]
+    if field is None or len(watched) < len(events):
+        return None
     routine = library.amble_flow
     routine.argtypes, routine.restype = ARGUMENTS, ctypes.c_int
-    field, guards = followed.callee(), (Callee * len(events))(*(bound.callee() for bound in events))
+    guards = (Callee * len(events))(*watched)
     sign = np.array([float(item.direction) for item in definition.events])
     first = np.array([max(item.dead_time, RESOLUTION) for item in definition.events])
     steepest = np.array([item.slope_bound for item in definition.events])
     breakpoints = np.array(definition.breakpoints)
     problem = _Problem(
-        evaluation(), ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(Callee)), doubles(sign),
+        ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(Callee)), doubles(sign),
         doubles(first), doubles(steepest), doubles(breakpoints), definition.field.numel_in(1), len(events),
         breakpoints.size,
     )  # fmt: skip
