@@ -19,8 +19,9 @@ from amble.types import frozen
 from fuzz.robots import biped
 
 NODES = 5
-STABILISED = Path(__file__).parents[1] / "tests" / "data" / "stabilised-amble.json"
-"""A stabilised amble of ASTRo, which is certified."""
+_DATA = Path(__file__).parents[1] / "tests" / "data"
+SOUND = {name: _DATA / f"{name}.json" for name in ("biped-of-small-basin", "stabilised-amble")}
+"""Stabilised gaits that are certified: of a biped, in 2.5 s, and of ASTRo, in 8 s."""
 
 LAWS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("pinv", {}),

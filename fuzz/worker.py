@@ -51,10 +51,7 @@ def verdict_of(kind: str, content: bytes, folder: Path) -> Verdict:
 
 def work(connection: Connection, cache: str) -> None:
     """Answer requests (kind, seed, content or None) with verdicts until there are no more."""
-    from amble.verification import output_dynamics
-
     os.environ["AMBLE_CACHE"] = cache
-    output_dynamics.MOST_EVALUATIONS = walkers.EVALUATIONS
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_DATA, (oracle.MEMORY, oracle.MEMORY))

@@ -16,6 +16,7 @@ from amble.verification.domain_rows import SampledDomain, domain_findings, motio
 from amble.verification.feedback_rows import feedback_findings
 from amble.verification.findings import CheckReport, residuals
 from amble.verification.limit_rows import limit_findings
+from amble.verification.output_dynamics import Effort
 from amble.verification.sizes import sizes
 from amble.verification.switch_rows import switch_findings
 
@@ -42,7 +43,7 @@ def check(
     divided by what is recorded at its largest, and never less than a share of the robot's natural unit
     (``sizes``: leg length l, sqrt(g l), weight):
 
-    - motion: the curves less the closed loop integrated from the recorded entry (DOP853).
+    - motion: the curves less the closed loop integrated from the recorded entry (DOP853), up to where they part.
     - acceleration, torque, force: recorded at the nodes less the dense solution.
     - dynamics: D a + h - B u - J^T lambda at the nodes.
     - contact: ground height and drift of stance feet, by l; their velocity and acceleration.
@@ -73,11 +74,12 @@ def check(
     tell(ProgressReport(what="sampling"))
     domains = [sampled(gait, number, grid) for number in range(len(gait.domains))]
     findings: list[Residual] = []
+    effort = Effort.of(len(domains))
     for number, domain in enumerate(domains):
         tell(ProgressReport(what="domain", done=number + 1, of=len(domains)))
         following = domains[(number + 1) % len(domains)]
         findings += domain_findings(domain, tolerance)
-        findings += motion_findings(domain, tolerance)
+        findings += motion_findings(domain, tolerance, effort)
         findings += switch_findings(gait, domain, following, tolerance)
         findings += limit_findings(domain, tolerance, slack)
     findings += _cost(gait, domains, tolerance)
@@ -106,8 +108,9 @@ def record_findings(gait: Gait, tolerance: float) -> CheckReport:
         findings += [finding for finding in switch if finding.kind != "touchdown"]
     findings += _cost(gait, domains, tolerance)
     if all(finding.passed for finding in findings):
+        effort = Effort.of(len(domains))
         for domain in domains:
-            findings += motion_findings(domain, tolerance)
+            findings += motion_findings(domain, tolerance, effort)
     return CheckReport(tuple(findings), sum(len(domain.times) for domain in domains), tolerance)
 
 

@@ -17,9 +17,12 @@ from amble.residual import Residual
 from amble.types import IntegerVector, Matrix, Vector
 from amble.verification.findings import limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
-from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.output_dynamics import Effort, OutputDynamics, Record, integrate
 from amble.verification.sizes import of_contacts, size_of, sizes
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
+
+LOST = 1.0
+"""Distance of two motions, as a share of the sizes of their coordinates, at which they have nothing in common."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,20 +134,34 @@ def _phase(domain: SampledDomain, tolerance: float) -> list[Residual]:
     ]
 
 
-def motion_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
-    """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible."""
+def motion_findings(domain: SampledDomain, tolerance: float, effort: Effort) -> list[Residual]:
+    """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible.
+
+    The integration ends where the two are ``LOST`` of their sizes apart: numbers that are no motion need not be
+    followed to the end to be told from one.
+
+    Args:
+        domain: the domain.
+        tolerance: bound of the scaled residuals.
+        effort: what the integration may take; it is spent.
+    """
     robot, times = domain.gait.robot, domain.times
+    least = sizes(robot)
+    scale = size_of(domain.trajectory.velocities, least.rates)
+    recorded = np.hstack([domain.positions, domain.velocities])
+    record = Record(states=recorded, near=max(LOST, tolerance) * np.concatenate([least.positions, scale]))
     try:
-        q, v = integrate(domain.contacts, domain.loop, domain.positions[0], domain.velocities[0], times)
+        q, v = integrate(
+            domain.contacts, domain.loop, domain.positions[0], domain.velocities[0], times, effort, record
+        )
     except WorkError:
         q = v = np.full_like(domain.positions, np.nan)
     names = [f"{domain.name} motion {name}" for name in robot.coordinate_names]
     rates = [f"{domain.name} motion rate of {name}" for name in robot.coordinate_names]
-    least = sizes(robot)
-    scale = size_of(domain.trajectory.velocities, least.rates)
+    reached = len(q)
     return [
-        *residuals("motion", names, domain.positions - q, times, tolerance, least.positions),
-        *residuals("motion", rates, domain.velocities - v, times, tolerance, scale),
+        *residuals("motion", names, domain.positions[:reached] - q, times[:reached], tolerance, least.positions),
+        *residuals("motion", rates, domain.velocities[:reached] - v, times[:reached], tolerance, scale),
     ]
 
 

@@ -10,7 +10,7 @@ from amble.hybrid import Switch
 from amble.residual import Residual
 from amble.types import Vector, frozen
 from amble.verification.findings import residuals
-from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.output_dynamics import Effort, OutputDynamics, integrate
 from amble.verification.sizes import size_of, sizes
 from amble.verification.stance_model import terms
 from amble.verification.switch_rows import NO_TIME, plastic
@@ -22,9 +22,9 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
         return []
     size = gait.robot.size
     start = np.asarray(gait.feedback.start)
-    state, found = start, []
+    state, found, effort = start, [], Effort.of(len(gait.domains))
     for switch in gait.pattern.switches:
-        state, guards = _passed(gait, gait.feedback, switch, state)
+        state, guards = _passed(gait, gait.feedback, switch, state, effort)
         landed = [f"{switch.name} feedback {name} at the end" for name in guards]
         scale = sizes(gait.robot).length if switch.landing else 1.0  # forces are given over the weight
         found += residuals("feedback", landed, np.array([*guards.values()]).T, NO_TIME, tolerance, scale)
@@ -42,7 +42,9 @@ def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)
 
 
-def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tuple[Vector, dict[str, Vector]]:
+def _passed(
+    gait: Gait, feedback: Feedback, switch: Switch, state: Vector, effort: Effort
+) -> tuple[Vector, dict[str, Vector]]:
     """Flow through one domain and its reset; return the new state and what is zero at the end, by name."""
     name, size, contacts = switch.source.name, gait.robot.size, gait.pattern.contacts(switch.source)
     duration = feedback.durations[name]
@@ -55,7 +57,7 @@ def _passed(gait: Gait, feedback: Feedback, switch: Switch, state: Vector) -> tu
         phase_numbers=feedback.phase_numbers.get(name, frozen([])),
     )
     times = np.array([0.0, duration])
-    q, v = integrate(contacts, loop, state[:size], state[size:], times)
+    q, v = integrate(contacts, loop, state[:size], state[size:], times, effort)
     if switch.landing:
         at = terms(gait.pattern.contacts(switch.target), q[-1:], v[-1:])
         return np.concatenate([q[-1], plastic(at)[0]]), {f"height {foot}": at.gap(foot) for foot in switch.landing}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import count
 
 import casadi as ca
 import numpy as np
@@ -19,8 +18,25 @@ from amble.verification.stance_model import Motion, Stack, Terms, smallest_torqu
 INTEGRATION_TOLERANCE = 1e-11
 """Relative and absolute tolerance of the reference integration, far below the tolerance of a check."""
 
-MOST_EVALUATIONS = 2000
-"""Evaluations of one integration; walks of ASTRo take 280 to 420. From numbers that are no motion it may not end."""
+EVALUATIONS, LEAST_EVALUATIONS = 800, 2000
+"""Evaluations of a check's integrations, for every domain, and in all at least; walks of ASTRo take 280 to 420 a domain.
+From numbers that are no motion an integration may not end."""
+
+
+@dataclass
+class Effort:
+    """What integrations along all domains of a gait may still take together.
+
+    Attributes:
+        left: evaluations of the closed loop.
+    """
+
+    left: int
+
+    @classmethod
+    def of(cls, domains: int) -> Effort:
+        """Return what so many domains may take."""
+        return cls(max(LEAST_EVALUATIONS, EVALUATIONS * domains))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,30 +133,70 @@ class OutputDynamics:
         return smallest_torques(at, *self.rows(times, q, v))
 
 
-def integrate(contacts: Contacts, loop: OutputDynamics, q: Vector, v: Vector, times: Vector) -> tuple[Matrix, Matrix]:
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """A motion that an integration follows as long as it is near.
+
+    Attributes:
+        states: q and v at the times asked for, (points, 2 n_q).
+        near: largest distance from it of every coordinate and rate, (2 n_q,).
+    """
+
+    states: Matrix
+    near: Vector
+
+
+def integrate(
+    contacts: Contacts,
+    loop: OutputDynamics,
+    q: Vector,
+    v: Vector,
+    times: Vector,
+    effort: Effort | None = None,
+    record: Record | None = None,
+) -> tuple[Matrix, Matrix]:
     """Integrate the closed loop from (q, v) at the first time; return q and v at all times, (points, n_q) each.
 
     The allocation law does not matter: it does not change the acceleration (docs/theory/allocation.md, eq. 6).
 
-    Raises:
-        WorkError: the integration fails, or takes more than ``MOST_EVALUATIONS``.
-    """
-    from scipy.integrate import solve_ivp
+    Args:
+        contacts: of the stance.
+        loop: the output dynamics.
+        q: coordinates at the first time, (n_q,).
+        v: rates, (n_q,).
+        times: where states are asked for, rising, s, (points,).
+        effort: what may be spent; what one domain may take where not given.
+        record: end at the first time at which the motion is not near this one; it is the last that is returned.
 
-    size, evaluations = contacts.robot.size, count()
+    Raises:
+        WorkError: the integration fails, or the effort is spent.
+    """
+    from scipy.integrate import DOP853
+
+    size, effort = contacts.robot.size, effort or Effort.of(1)
     what = f"the motion of stance {', '.join(contacts.feet)} cannot be integrated"
 
     def rate(t: float, x: Vector) -> Vector:
-        if next(evaluations) == MOST_EVALUATIONS:
-            raise WorkError(f"{what}: it took more than {MOST_EVALUATIONS} evaluations to come to {t:g} s")
+        if effort.left <= 0:
+            raise WorkError(f"{what}: the evaluations that a check takes at most were spent at {t:g} s")
+        effort.left -= 1
         q, v = x[None, :size], x[None, size:]
         motion = loop.solve(terms(contacts, q, v), np.array([t]), q, v)
         return np.concatenate([v[0], motion.accelerations[0]])
 
     accuracy = {"rtol": INTEGRATION_TOLERANCE, "atol": INTEGRATION_TOLERANCE}
-    start = np.concatenate([q, v])
-    done = solve_ivp(rate, (times[0], times[-1]), start, method="DOP853", t_eval=times, **accuracy)
-    if not done.success:
-        raise WorkError(f"{what}: {done.message}")
-    states = done.y.T
-    return states[:, :size], states[:, size:]
+    solver = DOP853(rate, times[0], np.concatenate([q, v]), times[-1], **accuracy)
+    states = [solver.y]
+    while len(states) < len(times):
+        if solver.status == "running":
+            message = solver.step()
+        if solver.status == "failed":
+            raise WorkError(f"{what}: {message}")
+        at = times[len(states) : int(np.searchsorted(times, solver.t, side="right"))]
+        states += list(solver.dense_output()(at).T) if len(at) else []
+        gone = record is not None and np.abs(states - record.states[: len(states)]) > record.near
+        if np.any(gone):
+            del states[int(np.argmax(np.any(gone, axis=1))) + 1 :]
+            break
+    found = np.array(states)
+    return found[:, :size], found[:, size:]
