@@ -41,7 +41,7 @@ def draw_walker(draw: random.Random) -> tuple[bytes, list[str]]:
     base = draw.choices((*SHARES, ""), (*SHARES.values(), 1.0 - sum(SHARES.values())))[0]
     text = gait_bases.SOUND[base].read_text(encoding="utf-8") if base else gait_bases.small(draw.randrange(12))
     tree = json.loads(text)
-    kinds = (*UNTOUCHED, *TOUCHED)
+    kinds: tuple[str, ...] = (*UNTOUCHED, *TOUCHED)
     if base:
         kinds = draw.choice((UNTOUCHED, (*UNTOUCHED, *GENTLY), kinds))
     done = []

@@ -151,9 +151,7 @@ def motion_findings(domain: SampledDomain, tolerance: float, effort: Effort) -> 
     recorded = np.hstack([domain.positions, domain.velocities])
     record = Record(states=recorded, near=max(LOST, tolerance) * np.concatenate([least.positions, scale]))
     try:
-        q, v = integrate(
-            domain.contacts, domain.loop, domain.positions[0], domain.velocities[0], times, effort, record
-        )
+        q, v = integrate(domain.contacts, domain.loop, domain.positions[0], domain.velocities[0], times, effort, record)
     except WorkError:
         q = v = np.full_like(domain.positions, np.nan)
     names = [f"{domain.name} motion {name}" for name in robot.coordinate_names]

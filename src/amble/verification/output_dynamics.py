@@ -19,7 +19,7 @@ INTEGRATION_TOLERANCE = 1e-11
 """Relative and absolute tolerance of the reference integration, far below the tolerance of a check."""
 
 EVALUATIONS, LEAST_EVALUATIONS = 800, 2000
-"""Evaluations of a check's integrations, for every domain, and in all at least; walks of ASTRo take 280 to 420 a domain.
+"""Evaluations of a check's integrations, for every domain, and in all at least; walks of ASTRo take up to 420 a domain.
 From numbers that are no motion an integration may not end."""
 
 
