@@ -54,6 +54,7 @@ from amble.hybrid import FLAT as FLAT
 from amble.hybrid import GROUNDS as GROUNDS
 from amble.hybrid import Contact as Contact
 from amble.hybrid import Domain as Domain
+from amble.hybrid import Footfall as Footfall
 from amble.hybrid import GaitPattern as GaitPattern
 from amble.hybrid import Ground as Ground
 from amble.hybrid import HeightField as HeightField
@@ -66,6 +67,7 @@ from amble.hybrid import Symmetry as Symmetry
 from amble.hybrid import Transition as Transition
 from amble.hybrid import gait_pattern as gait_pattern
 from amble.hybrid import gaits as gaits
+from amble.hybrid import stance_table as stance_table
 from amble.hybrid.gaits import GAITS as GAITS
 from amble.progress import Progress as Progress
 from amble.progress import ProgressReport as ProgressReport
@@ -155,6 +157,7 @@ __all__ = [
     "FallError",
     "Feedback",
     "FixedPoint",
+    "Footfall",
     "Gait",
     "GaitNotSolvedError",
     "GaitPattern",
@@ -233,6 +236,7 @@ __all__ = [
     "save_trace",
     "simulate",
     "stabilize",
+    "stance_table",
     "standing_posture",
     "start_state",
     "sweep",

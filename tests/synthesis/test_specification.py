@@ -323,3 +323,29 @@ def test_a_phase_is_named_with_its_parameters(tmp_path: Path) -> None:
     found = problem(tmp_path, SMALLEST.replace("[limits]", section)).outputs.phase
     assert found == ConfigurationPhase({"D1": {"y": -1.0, "roll": 0.5}})
     assert problem(tmp_path, SMALLEST).outputs.phase == TimePhase()
+
+
+FOOTFALLS = """
+[robot]
+name = "astro"
+[gait]
+speed = 0.1
+mirrored = true
+[gait.footfalls]
+"""
+
+
+def test_duty_factors_are_a_way_to_write_a_table(tmp_path: Path) -> None:
+    falls = "".join(
+        f"{foot} = {{ phase = {0.25 * place}, duty = 0.875 }}\n" for place, foot in enumerate(("rl", "fl", "rr", "fr"))
+    )
+    found = problem(tmp_path, FOOTFALLS + falls)
+    crawl = problem(tmp_path, '[robot]\nname = "astro"\n[gait]\nspeed = 0.1\nname = "crawl"\n')
+    assert found.pattern.stances == crawl.pattern.stances
+    assert found.outputs == crawl.outputs
+    with pytest.raises(InputError, match=r"unknown foot 'hind'"):
+        problem(tmp_path, FOOTFALLS + falls.replace("rl", "hind"))
+    with pytest.raises(InputError, match=r"duty factor of a footfall is 1\.5"):
+        problem(tmp_path, FOOTFALLS + falls.replace("0.875", "1.5"))
+    with pytest.raises(InputError, match=r"one of name, stances \(a table\) and footfalls"):
+        problem(tmp_path, FOOTFALLS.replace("mirrored = true", 'name = "trot"') + falls)

@@ -3,6 +3,7 @@
 from amble.hybrid.constrained_dynamics import ConstrainedDynamics, constrained_dynamics, impact, selection
 from amble.hybrid.contact import CONTACTS, POINT, QUANTITIES, Contact, PointContact
 from amble.hybrid.contacts import Contacts
+from amble.hybrid.footfalls import Footfall, stance_table
 from amble.hybrid.ground import FLAT, GROUNDS, Ground, HeightField, Plane
 from amble.hybrid.landing import ONE_BY_ONE, SIMULTANEOUS, Stance, Switch
 from amble.hybrid.pattern import GaitPattern, gait_pattern
@@ -20,6 +21,7 @@ __all__ = [
     "Contact",
     "Contacts",
     "Domain",
+    "Footfall",
     "GaitPattern",
     "Ground",
     "HeightField",
@@ -35,4 +37,5 @@ __all__ = [
     "gait_pattern",
     "impact",
     "selection",
+    "stance_table",
 ]

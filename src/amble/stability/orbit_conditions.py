@@ -14,6 +14,7 @@ from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.hybrid import HybridSystem
 from amble.residual import Residual
+from amble.robot import kinematics
 from amble.robot.natural_units import natural_units, velocity_unit
 from amble.simulation import Trace, simulate
 from amble.types import Vector
@@ -55,6 +56,7 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
         _speed_row(gait, trace),
         *_ground_rows(gait, trace, margin),
         *_lift_off_rows(gait, trace),
+        *_rising_rows(gait, system, trace),
         *contact_report(trace, gait.pattern, bounds).rows,
     )
 
@@ -137,4 +139,23 @@ def _lift_off_rows(gait: Gait, trace: Trace) -> list[Residual]:
         for foot in switch.leaving:
             value = float(normal[end, feet.index(foot)])
             rows.append(Residual(f"{switch.name} {foot} lift-off force", least - margin, value, least + margin))
+    return rows
+
+
+def _rising_rows(gait: Gait, system: HybridSystem, trace: Trace) -> list[Residual]:
+    """Feet that have left by force accelerate away from the ground at once; in g."""
+    robot, pattern, visited = gait.robot, gait.pattern, gait.pattern.stances
+    rows = []
+    for number, switch in enumerate(pattern.all_switches):
+        for foot in switch.leaving:
+            following = (number + 1) % len(visited)
+            domain = next(known for known in system.domains if known.name == visited[following].name)
+            x = trace.state[np.flatnonzero(trace.domain == following)[0]]
+            rate = np.asarray(domain.field(0.0, x, domain.parameters)).ravel()
+            q, v, a = x[: robot.size], x[robot.size :], rate[robot.size :]
+            point = np.asarray(kinematics.foot_position(robot, foot, q)).ravel()
+            jacobian = np.asarray(kinematics.foot_jacobian(robot, foot, q))
+            bias = np.asarray(kinematics.foot_bias(robot, foot, q, v)).ravel()
+            up = float(pattern.ground.normal(point) @ (jacobian @ a + bias)) / abs(robot.gravity)
+            rows.append(Residual(f"{switch.name} {foot} acceleration upwards just after lift-off", 0.0, up, np.inf))
     return rows

@@ -14,6 +14,7 @@ from amble.robot.parts import RATE
 from amble.synthesis.assembly import Block, Label
 from amble.synthesis.landing_rows import landing_rows
 from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.lift_off_rows import RISE, lift_off_rows
 from amble.synthesis.node_block import FORCE_UNIT, ProgramParameters, output_indices
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
@@ -109,7 +110,15 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         lower += [0.0] * robot.size
         upper += [0.0] * robot.size
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
-    force = ca.SX(0, 1)
+    force, ap = ca.SX(0, 1), ca.SX(0, 1)
+    if switch.leaving:
+        ap = ca.SX.sym("a_plus", robot.size)
+        columns.append(following.a[0])
+        rising, names_of_rising = lift_off_rows(problem, switch, qm, vm, robot.mirror.position(ap) if mirrored else ap)
+        rows += rising
+        labels += names_of_rising
+        lower += [RISE] * len(rising)
+        upper += [np.inf] * len(rising)
     if switch.leaving and not ground.level:
         # on level ground the normal force is a variable, whose bounds say the same
         contacts = pattern.contacts(switch.source)
@@ -123,7 +132,7 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         columns.append(domain.force[-1])
     return Block(
         name=f"switch_{identifier(domain.stance.name)}",
-        variables=ca.vertcat(qm, vm, qp, vp, impulse, period, force),
+        variables=ca.vertcat(qm, vm, qp, vp, impulse, period, ap, force),
         constants=ca.SX(0, 1),
         parameters=parameters.packed(),
         rows=ca.vertcat(*rows),

@@ -73,12 +73,24 @@ class RobotSection(Section):
     symmetry_tolerance: Ratio = Field(default=1e-9, ge=0.0)
 
 
+class FootfallSection(Section):
+    """The phase at which a foot lands and its duty factor, both as shares of the cycle."""
+
+    phase: Ratio
+    duty: Ratio
+
+
 class GaitSection(Section):
-    """A known gait by ``name``, or a table of stance feet; the mean forward velocity; how several feet land."""
+    """A known gait by ``name``, or a table of ``stances``, or ``footfalls``; mean velocity; how several feet land.
+
+    Every foot of ``footfalls`` has the phase at which it lands and its duty factor; ``mirrored`` belongs to a table or
+    to footfalls.
+    """
 
     speed: Speed
     name: str | None = None
     stances: list[list[str]] | None = None
+    footfalls: dict[str, FootfallSection] | None = None
     mirrored: bool = False
     landing_rule: str = SIMULTANEOUS
 
@@ -235,8 +247,8 @@ def _lacking(tree: Mapping[str, Any]) -> list[str]:
         found.append("[robot] name (of the catalogue) or file (URDF)")
     if "file" in robot and not robot.get("feet") and "name" not in robot:
         found.append("[robot] feet (labels and the links or joints they stand for)")
-    if not gait.keys() & {"name", "stances"}:
-        found.append("[gait] name or stances (a table of stance feet)")
+    if not gait.keys() & {"name", "stances", "footfalls"}:
+        found.append("[gait] name, stances (a table of stance feet) or footfalls (phase and duty factor of every foot)")
     if "speed" not in gait:
         found.append("[gait] speed")
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -14,7 +14,7 @@ from amble.errors import InputError, UnknownNameError, listed
 from amble.gait import Limits
 from amble.gait.cost import COSTS
 from amble.gait.limits import Interval
-from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
+from amble.hybrid import CONTACTS, GROUNDS, Contact, Footfall, GaitPattern, Ground, gait_pattern, stance_table
 from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
@@ -104,11 +104,14 @@ def _ground(section: GroundSection) -> Ground:
 
 
 def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contact) -> GaitPattern:
-    if (section.name is None) == (section.stances is None):
-        raise InputError("[gait] needs either the name of a gait or a table of stances")
-    if section.stances is not None:
+    if [section.name, section.stances, section.footfalls].count(None) != 2:
+        raise InputError("[gait] needs one of name, stances (a table) and footfalls (duty factors)")
+    table: Sequence[Sequence[str]] | None = section.stances
+    if section.footfalls is not None:
+        table = stance_table({foot: Footfall(fall.phase, fall.duty) for foot, fall in section.footfalls.items()})
+    if table is not None:
         return gait_pattern(
-            robot, section.stances, section.mirrored, ground=ground, contact=contact, landing_rule=section.landing_rule
+            robot, table, section.mirrored, ground=ground, contact=contact, landing_rule=section.landing_rule
         )
     if "mirrored" in section.model_fields_set:
         raise InputError("[gait] with a name takes no 'mirrored'; the gait knows that itself")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from amble.errors import WorkError
@@ -25,7 +27,8 @@ def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain,
     q, v = following.positions[0], following.velocities[0]
     if last and gait.pattern.mirrored:
         q, v = gait.robot.mirror.position(q), gait.robot.mirror.position(v)
-    found = [*_guard(domain, tolerance), *_reset(domain, v, tolerance), *_orders(domain)]
+    found = [*_guard(domain, tolerance), *_lift_off(gait, domain, following, last), *_reset(domain, v, tolerance)]
+    found += _orders(domain)
     return found + (_period(gait, domain, q, tolerance) if last else _continuity(domain, q, tolerance))
 
 
@@ -52,6 +55,21 @@ def _guard(domain: SampledDomain, tolerance: float) -> list[Residual]:
         force = domain.contacts.contact.normal_force(at.local_force(foot, domain.motion.forces))[-1:]
         missed, scale = force - limits.normal_force, size_of(domain.trajectory.forces, least_forces)[0]
         found += residuals("guard", [f"{switch.name} lift-off force {foot}"], missed, end, tolerance, scale)
+    return found
+
+
+def _lift_off(gait: Gait, domain: SampledDomain, following: SampledDomain, last: bool) -> list[Residual]:
+    """Feet that leave by their force accelerate away from the ground at the entry of the next domain."""
+    found = []
+    for foot in domain.switch.leaving:
+        twin = gait.robot.mirror.feet[foot] if last and gait.pattern.mirrored else foot
+        alone = replace(following.contacts, feet=(twin,))
+        at = terms(alone, following.positions[:1], following.velocities[:1])
+        acceleration = at.jacobian[0] @ following.trajectory.accelerations[0] + at.contact_bias[0]
+        along = alone.contact.local(acceleration, alone.ground.frame(at.positions[0, at.foot(twin)]))
+        name = f"{domain.switch.name} acceleration upwards just after lift-off {foot}"
+        rise = np.array([along[2] / abs(gait.robot.gravity)])
+        found.append(limit("lift-off", name, rise, NO_TIME, (0.0, np.inf), 0.0))
     return found
 
 
