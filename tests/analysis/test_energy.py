@@ -1,6 +1,7 @@
 """Metrics of torque against hand computation and scaling laws."""
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -124,6 +125,15 @@ def test_half_of_a_symmetric_cycle_has_the_metrics_of_the_whole(oscillating_moti
 def test_unknown_law_names_the_known(oscillating_motion: Builder) -> None:
     with pytest.raises(UnknownNameError, match="known: drop, pinv"):
         torque_metrics(oscillating_motion(5), "qp", PAPER)
+
+
+def test_where_no_distance_is_walked_power_over_weight_is_what_is_left(oscillating_motion: Builder) -> None:
+    motion = oscillating_motion(13)
+    there = torque_metrics(motion, "pinv", DATASHEET)
+    assert there.specific_power == pytest.approx(there.cot * motion.speed, rel=1e-12)
+    here = torque_metrics(dataclasses.replace(motion, distance=0.0), "pinv", DATASHEET)
+    assert (here.cot, here.cot_error) == (math.inf, math.inf)
+    assert here.specific_power == there.specific_power
 
 
 @pytest.mark.parametrize(

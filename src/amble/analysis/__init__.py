@@ -4,7 +4,16 @@ from amble.analysis.bounds import ContactBounds
 from amble.analysis.comparison import Comparison, LawMetrics, Reduction, compare
 from amble.analysis.contact import ContactReport, contact_report
 from amble.analysis.energy import TorqueMetrics, torque_metrics
-from amble.analysis.laws import LawChoice, compare_laws, every_law, labelled, paper_laws, with_laws
+from amble.analysis.laws import (
+    LawChoice,
+    actuators_for,
+    compare_laws,
+    every_law,
+    is_papers,
+    labelled,
+    paper_laws,
+    with_laws,
+)
 from amble.analysis.limit_use import AllocationLimits, LimitUse
 from amble.analysis.monitors import monitors
 from amble.analysis.motion import Motion
@@ -24,10 +33,12 @@ __all__ = [
     "Reduction",
     "Samples",
     "TorqueMetrics",
+    "actuators_for",
     "compare",
     "compare_laws",
     "contact_report",
     "every_law",
+    "is_papers",
     "labelled",
     "monitors",
     "paper_laws",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 from amble.analysis.energy import TorqueMetrics, torque_metrics
 from amble.analysis.limit_use import AllocationLimits, LimitUse, limit_use
@@ -86,10 +87,11 @@ class Comparison:
         return rows_html("allocation laws along the same motions", header, rows)
 
     def _rows(self) -> list[list[str]]:
-        rows = [["motion", "law", "actuator", "CoT", "peak torque (N m)", "RMS torque (N m)"]]
+        rows = [["motion", "law", "actuator", "CoT", "power/weight (m/s)", "peak torque (N m)", "RMS torque (N m)"]]
         for entry in self.metrics:
             for model, energy in entry.energy.items():
-                numbers = [f"{value:.4g}" for value in (energy.cot, energy.peak_torque, energy.rms_torque)]
+                values = (energy.cot, energy.specific_power, energy.peak_torque, energy.rms_torque)
+                numbers = [f"{value:.4g}" if isfinite(value) else "-" for value in values]
                 rows.append([entry.motion, entry.law, model, *numbers])
         return rows
 
@@ -118,7 +120,7 @@ class Comparison:
             actuator=actuator,
             baseline=baseline,
             law=law,
-            cot=_percent(before.cot, after.cot),
+            cot=_percent(before.specific_power, after.specific_power),  # along one motion the same share
             peak_torque=_percent(before.peak_torque, after.peak_torque),
             rms_torque=_percent(before.rms_torque, after.rms_torque),
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -20,9 +21,10 @@ class TorqueMetrics:
         motion: label of the motion.
         law: name of the allocation law.
         actuator: name of the actuator model behind ``cot``, ``mechanical_power`` and ``heat_power``.
-        cot: cost of transport, 1.
+        cot: cost of transport, 1; infinite where no distance is walked.
+        specific_power: mean power over the weight, (P_mec + P_heat) / (m g), m/s: the cost of transport times the speed.
         cot_error: change of ``cot`` when every second sample is left out, 1; the integration error of ``cot`` itself
-            is about a sixteenth of it (fourth order).
+            is about a sixteenth of it (fourth order). Infinite with it.
         peak_torque: largest |torque| of all joints and samples, N m.
         peak_joint: the joint that has it.
         peak_time: when it has it, s.
@@ -35,6 +37,7 @@ class TorqueMetrics:
     law: str
     actuator: str
     cot: float
+    specific_power: float
     cot_error: float
     peak_torque: float
     peak_joint: str
@@ -64,7 +67,7 @@ def torque_metrics(motion: Motion, law: str, actuator: Actuator) -> TorqueMetric
     duration = motion.duration
     mechanical, squares = _integrals(motion.times, motion.segments, torque, motion.speeds)
     heat = actuator.heat_coefficient * squares
-    weight = motion.mass * motion.gravity * motion.distance
+    weight = motion.mass * motion.gravity
     kept = _every_second(motion.segments)
     rough_mechanical, rough_squares = _integrals(
         motion.times[kept], motion.segments[kept], torque[kept], motion.speeds[kept]
@@ -75,8 +78,9 @@ def torque_metrics(motion: Motion, law: str, actuator: Actuator) -> TorqueMetric
         motion=motion.label,
         law=law,
         actuator=actuator.name,
-        cot=(mechanical + heat) / weight,
-        cot_error=abs(mechanical + heat - rough) / weight,
+        cot=_per_distance((mechanical + heat) / weight, motion.distance),
+        specific_power=(mechanical + heat) / (weight * duration),
+        cot_error=_per_distance(abs(mechanical + heat - rough) / weight, motion.distance),
         peak_torque=float(abs(torque[row, joint])),
         peak_joint=motion.joints[int(joint)],
         peak_time=float(motion.times[row]),
@@ -84,6 +88,10 @@ def torque_metrics(motion: Motion, law: str, actuator: Actuator) -> TorqueMetric
         mechanical_power=mechanical / duration,
         heat_power=heat / duration,
     )
+
+
+def _per_distance(height: float, distance: float) -> float:
+    return height / distance if distance > 0.0 else inf
 
 
 def _integrals(times: Vector, segments: IntegerVector, torque: NodeValues, speeds: NodeValues) -> tuple[float, float]:

@@ -12,11 +12,12 @@ from amble.analysis.motion import Motion
 from amble.analysis.reallocation import reallocate
 from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace
 from amble.control import AllocationLaw, BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
-from amble.control.actuator import ACTUATORS
+from amble.control.actuator import ACTUATORS, PAPER, Actuator
 from amble.control.allocation.law import require_effort_limits
 from amble.control.laws import paper_baseline
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.robot import catalogue
 from amble.simulation import Trace
 
 
@@ -36,6 +37,16 @@ class LawChoice:
     def notes(self) -> tuple[str, ...]:
         """One sentence for every law that is left out."""
         return tuple(f"Left out: {label}, because {reason}." for label, reason in self.omitted.items())
+
+
+def is_papers(gait: Gait) -> bool:
+    """Whether a gait is the paper's: the amble of a robot of the catalogue. The paper's numbers belong to no other."""
+    return catalogue.holds(gait.robot) and gait.pattern.name == "amble"
+
+
+def actuators_for(gait: Gait) -> tuple[Actuator, ...]:
+    """Return the registered actuator models that a gait's costs are stated for: the paper's own only for its gait."""
+    return tuple(model for model in ACTUATORS.entries if model != PAPER or is_papers(gait))
 
 
 def paper_laws(gait: Gait) -> LawChoice:
@@ -58,7 +69,7 @@ def every_law(gait: Gait) -> LawChoice:
         {
             "drop": lambda: paper_baseline(gait.pattern),
             "pinv": PseudoInverse,
-            **{f"power ({model.name})": partial(MinimumPower, model) for model in ACTUATORS.entries},
+            **{f"power ({model.name})": partial(MinimumPower, model) for model in actuators_for(gait)},
             "peak": lambda: limited(MinimumPeak()),
             "bounded": lambda: limited(BoundedMinimumNorm(gait.pattern.ground.friction, gait.limits.normal_force)),
         }
@@ -90,7 +101,7 @@ def compare_laws(
     if laws is None:
         laws = every_law(gait).laws
     chosen = laws if isinstance(laws, Mapping) else labelled(laws)
-    return compare(motions, chosen, ACTUATORS.entries, AllocationLimits.of(gait))
+    return compare(motions, chosen, actuators_for(gait), AllocationLimits.of(gait))
 
 
 def with_laws(samples: Samples, laws: Mapping[str, AllocationLaw]) -> Motion:

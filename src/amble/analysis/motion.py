@@ -26,13 +26,13 @@ class Motion:
         segments: number of the segment between two events of every sample, (n,).
         speeds: joint speeds, (n, n_joints), rad/s.
         torques: law name -> joint torques, (n, n_joints), N m.
-        distance: total distance travelled, m.
+        distance: total horizontal distance walked, m; 0 where it stays in place.
         mass: mass of the robot, kg.
         gravity: m/s^2.
 
     Raises:
-        InputError: where shapes do not fit together, a value is not finite, or distance, mass or gravity is not
-            positive.
+        InputError: where shapes do not fit together, a value is not finite, mass or gravity is not positive, or the
+            distance is negative.
     """
 
     label: str
@@ -59,9 +59,13 @@ class Motion:
                 raise InputError(f"the {what} of the {self.label} motion have shape {np.shape(values)}, not {shape}")
             if not np.all(np.isfinite(values)):
                 raise InputError(f"the {what} of the {self.label} motion hold a value that is not finite")
-        for what, number in (("distance", self.distance), ("mass", self.mass), ("gravity", self.gravity)):
+        for what, number in (("mass", self.mass), ("gravity", self.gravity)):
             if not (np.isfinite(number) and number > 0.0):
                 raise InputError(f"the {what} of the {self.label} motion is {number}; it must be finite and positive")
+        if not (np.isfinite(self.distance) and self.distance >= 0.0):
+            raise InputError(
+                f"the distance of the {self.label} motion is {self.distance}; it must be finite and not negative"
+            )
 
     @property
     def duration(self) -> float:
@@ -70,7 +74,7 @@ class Motion:
 
     @property
     def speed(self) -> float:
-        """Mean forward speed, m/s."""
+        """Mean horizontal speed, m/s."""
         return self.distance / self.duration
 
     def torque(self, law: str) -> NodeValues:

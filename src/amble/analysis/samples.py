@@ -14,8 +14,12 @@ from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
 from amble.hybrid import GaitPattern
 from amble.robot import Robot
+from amble.robot.natural_units import velocity_unit
 from amble.simulation import Trace
 from amble.types import IntegerVector, NodeValues, Vector, frozen
+
+STANDING = 1e-6
+"""Mean speed of a gait that steps in place, at most, as a share of sqrt(g l)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +57,12 @@ class Samples:
 
     @property
     def distance(self) -> float:
-        """Distance travelled along the world's x axis, m."""
-        return float(self.positions[-1, 0] - self.positions[0, 0])
+        """Horizontal distance walked, m: the chords of all cycles; 0 where they make less than ``STANDING``."""
+        ends = [np.flatnonzero(self.cycles == cycle)[[0, -1]] for cycle in np.unique(self.cycles)]
+        chords = [np.hypot(*(self.positions[last, :2] - self.positions[first, :2])) for first, last in ends]
+        walked = float(np.sum(chords))
+        slowest = STANDING * velocity_unit(self.robot) * float(self.times[-1] - self.times[0])
+        return walked if walked > slowest else 0.0
 
     def local_forces(self, forces: NodeValues) -> NodeValues:
         """Turn contact forces of all feet along this motion into the ground's frames, (n, n_feet, size).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from amble.analysis import Comparison, LawMetrics, Samples, every_law, samples_of_gait, with_laws
@@ -34,21 +35,23 @@ def law_table(
     """
     entries = comparison.along(motion)
     models = tuple(entries[0].energy) if actuators is None else tuple(actuators)
+    walks = all(isfinite(entry.energy[model].cot) for entry in entries for model in models)
+    measure, key = ("CoT", "cot") if walks else ("power/weight in m/s", "specific_power")
     header = [
         "law",
-        *(f"CoT ({model})" for model in models),
+        *(f"{measure} ({model})" for model in models),
         "RMS (N m)",
         "peak (N m)",
         "peak joint",
     ]
-    note = f"All laws on the same {motion} motion; CoT by actuator model, in brackets."
+    note = f"All laws on the same {motion} motion; {measure} by actuator model, in brackets."
     if entries[0].limits is not None:
         header += ["relative peak", "friction used", "limit active (%)", "limit missed (%)"]
         note = f"{note[:-1]}; limits are the gait's and the robot's own."
     rows = tuple(
         (
             entry.law,
-            *(number(comparison.of(entry.law, motion, model).cot) for model in models),
+            *(number(getattr(comparison.of(entry.law, motion, model), key)) for model in models),
             number(entry.torques.rms_torque),
             number(entry.torques.peak_torque),
             entry.torques.peak_joint,
@@ -76,13 +79,15 @@ def _limit_numbers(entry: LawMetrics) -> Json:
 def allocation_results(comparison: Comparison) -> Json:
     """Return label -> motion -> metrics, for results.json under "allocation"; N m, N.
 
-    The friction used of a law under which a foot pulls is infinite, which JSON does not have: None.
+    The friction used of a law under which a foot pulls is infinite, as is the cost of transport where no distance is
+    walked; JSON does not have that: None.
     """
     found: Json = {}
     for entry in comparison.metrics:
         torques = entry.torques
         found.setdefault(entry.law, {})[entry.motion] = {
-            "cot": {model: energy.cot for model, energy in entry.energy.items()},
+            "cot": {model: finite_or_none(energy.cot) for model, energy in entry.energy.items()},
+            "specific_power": {model: energy.specific_power for model, energy in entry.energy.items()},
             "rms_torque": torques.rms_torque,
             "peak_torque": torques.peak_torque,
             "peak_joint": torques.peak_joint,

@@ -25,7 +25,9 @@ from amble.version import __version__
 
 FORMAT, FORMAT_VERSION = "amble results", 1
 
-METHOD_KEYS = ("cot", "peak_torque", "rms_torque", "cot_error", "peak_joint", "mechanical_power", "heat_power")
+METHOD_KEYS = ("peak_torque", "rms_torque", "peak_joint", "mechanical_power", "heat_power", "specific_power")
+COSTS_OF_TRANSPORT = ("cot", "cot_error")
+"""Infinite where no distance is walked, which JSON does not have: None."""
 
 LIBRARIES = ("casadi", "numpy", "scipy")
 """IPOPT is inside casadi."""
@@ -34,10 +36,12 @@ NO_COMPILER = "none, interpreted"
 
 
 def method_results(comparison: Comparison, actuator: str) -> Json:
-    """Return law -> motion -> metrics for one actuator model; torques in N m, powers in W."""
+    """Return law -> motion -> metrics for one actuator model; torques in N m, powers in W, specific power in m/s."""
     found: Json = {}
     for entry in comparison.metrics:
-        chosen = {key: getattr(entry.energy[actuator], key) for key in METHOD_KEYS}
+        energy = entry.energy[actuator]
+        costs = {key: finite_or_none(getattr(energy, key)) for key in COSTS_OF_TRANSPORT}
+        chosen = {**costs, **{key: getattr(energy, key) for key in METHOD_KEYS}}
         found.setdefault(entry.law, {})[entry.motion] = chosen
     return found
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from amble.analysis import Comparison, ContactReport, Motion, Samples, samples_of_gait
+from amble.analysis import Comparison, ContactReport, Motion, Samples, actuators_for, is_papers, samples_of_gait
 from amble.gait import Gait
 from amble.report.allocation import law_table
 from amble.report.figures import (
@@ -115,9 +115,9 @@ class RunReport:
 
 
 def main_table(run: RunReport) -> Table:
-    """Return the paper's Table 1 beside ours; where one of its two methods does not apply, only what does."""
-    if not has_both_methods(run.comparison):
-        return law_table(run.comparison, "simulated", ("paper", "datasheet"))
+    """Return the paper's Table 1 beside ours for its own gait; for any other, what our laws take."""
+    if not (is_papers(run.gait) and has_both_methods(run.comparison)):
+        return law_table(run.comparison, "simulated", [model.name for model in actuators_for(run.gait)])
     return paper_table(run.comparison, ("nominal", "simulated"), ("paper", "datasheet"))
 
 
@@ -228,11 +228,11 @@ def _summary(run: RunReport) -> str:
         f"({run.gait.speed:g} m/s asked for), {run.gait.period:.4f} s a cycle on the optimised motion."
     ]
     if has_both_methods(run.comparison):
-        reduction = run.comparison.reduction("drop", "pinv", "simulated", "paper")
+        reduction = run.comparison.reduction("drop", "pinv", "simulated", actuators_for(run.gait)[0].name)
         sentences.append(
             f"On the simulated motion the pseudo-inverse takes {reduction.cot:.1f} % less cost of transport, "
             f"{reduction.rms_torque:.1f} % less RMS torque and {reduction.peak_torque:.1f} % less peak torque than the "
-            "dropped actuator (actuator model 'paper')."
+            f"dropped actuator (actuator model '{reduction.actuator}')."
         )
     if run.stability is not None:
         sentences.append(f"Spectral radius of the full cycle: {run.stability.radius:.4f}.")

@@ -248,7 +248,7 @@ def _lacking(tree: Mapping[str, Any]) -> list[str]:
     if "file" in robot and not robot.get("feet") and "name" not in robot:
         found.append("[robot] feet (labels and the links or joints they stand for)")
     if not gait.keys() & {"name", "stances", "footfalls"}:
-        found.append("[gait] name, stances (a table of stance feet) or footfalls (phase and duty factor of every foot)")
+        found.append("[gait] name or stances (a table of stance feet) or footfalls (phases and duty factors)")
     if "speed" not in gait:
         found.append("[gait] speed")
     return found

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from amble.analysis import (
+    LawChoice,
     compare,
     compare_laws,
     every_law,
+    labelled,
     monitors,
     paper_laws,
     samples_of_gait,
     samples_of_trace,
     with_laws,
 )
+from amble.control import AllocationLaw
 from amble.control.actuator import ACTUATORS
 from amble.errors import FallError
 from amble.gait import Gait
 from amble.gait.files import load_gait
+from amble.hybrid import GaitPattern
 from amble.progress import Progress, ProgressReport, silent
 from amble.report.allocation import allocation_results, law_table
 from amble.report.results import computing_versions, read_results, seconds_from, settings_from
@@ -38,6 +42,7 @@ def measure(
     settings: Mapping[str, str],
     seconds: Mapping[str, float],
     stability: Stability | None = None,
+    laws: Sequence[AllocationLaw] = (),
 ) -> RunReport:
     """Measure a gait and its simulation for the report.
 
@@ -49,13 +54,14 @@ def measure(
         settings: name -> value, of the run.
         seconds: step -> wall time, s.
         stability: what the stability analysis found.
+        laws: those in the table of allocation laws; every law that applies where none is given.
 
     Raises:
         FallError: the simulation holds no whole cycle.
     """
     if trace.cycles < 1:
         raise FallError(f"the simulated motion has no whole cycle to measure: {trace.ended}")
-    methods, every = paper_laws(gait), every_law(gait)
+    methods, every = paper_laws(gait), LawChoice(labelled(laws), {}) if laws else every_law(gait)
     allocations = compare_laws(gait, every.laws)
     whole = samples_of_trace(trace, gait.pattern).only(0, trace.cycles)
     last = whole.only(max(trace.cycles - SHOWN, 0), trace.cycles)
@@ -77,7 +83,13 @@ def measure(
     )
 
 
-def rewrite_report(folder: str | Path, out: str | Path | None = None, *, progress: Progress | None = None) -> RunReport:
+def rewrite_report(
+    folder: str | Path,
+    out: str | Path | None = None,
+    laws: Callable[[GaitPattern], Sequence[AllocationLaw]] = lambda _: (),
+    *,
+    progress: Progress | None = None,
+) -> RunReport:
     """Measure the gait and the trace of a folder and write results.json, report.md and the figures anew.
 
     What an earlier results.json says of stability, settings and times is kept.
@@ -85,6 +97,7 @@ def rewrite_report(folder: str | Path, out: str | Path | None = None, *, progres
     Args:
         folder: holds gait.json and trace.nc, and what an earlier run left.
         out: where to write; the same folder where nothing is given.
+        laws: those of a pattern in the table of allocation laws; every law that applies where there is none.
         progress: called with what is being done, and with every file that was written.
 
     Raises:
@@ -98,7 +111,7 @@ def rewrite_report(folder: str | Path, out: str | Path | None = None, *, progres
     settings = settings or {"tolerance of the simulation": f"{trace.tolerance:g}"}
     seconds = seconds or {"simulation": trace.seconds}
     tell(ProgressReport(what="measuring"))
-    report = measure(gait, trace, settings, seconds, known)
+    report = measure(gait, trace, settings, seconds, known, laws(gait.pattern))
     tell(ProgressReport(what="drawing"))
     for path in write_run(out or place, report):
         tell(ProgressReport(what="wrote", file=path))
