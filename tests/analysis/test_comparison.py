@@ -26,6 +26,7 @@ def entry(law: str, cot: float, peak: float, rms: float) -> LawMetrics:
         actuator="paper",
         cot=cot,
         cot_error=0.0,
+        specific_power=0.2 * cot,
         peak_torque=peak,
         peak_joint="fl_knee",
         peak_time=0.0,

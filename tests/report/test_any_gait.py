@@ -11,6 +11,7 @@ import pytest
 
 from amble.analysis import ContactBounds, compare_laws, contact_report, samples_of_gait, samples_of_trace
 from amble.control import PseudoInverse, joint_outputs
+from amble.control.actuator import ACTUATORS
 from amble.gait import Gait
 from amble.hybrid.gaits import GAITS
 from amble.report import law_table
@@ -54,13 +55,14 @@ def test_laws_are_compared_on_any_stance_without_the_paper(name: str) -> None:
 def _in_place(gait: Gait) -> Gait:
     """The same motion, less its way."""
 
-    def still(domain_times: np.ndarray, positions: np.ndarray) -> np.ndarray:
-        moved = np.array(positions)
-        moved[:, 0] -= np.linspace(moved[0, 0], moved[-1, 0], len(domain_times))
-        return moved
-
-    domains = tuple(replace(part, positions=still(part.times, part.positions)) for part in gait.domains)
-    return replace(gait, domains=domains, speed=0.0)
+    domains, began = [], 0.0
+    for part in gait.domains:
+        moved = np.array(part.positions)
+        moved[:, 0] -= SPEED * (began + part.times)
+        moved[:, 1] = 0.0  # its sway takes two of these cycles
+        domains.append(replace(part, positions=moved))
+        began += part.duration
+    return replace(gait, domains=tuple(domains), speed=0.0)
 
 
 def test_steps_in_place_have_a_specific_power_instead_of_a_cost_of_transport() -> None:
@@ -87,8 +89,6 @@ def test_a_page_of_another_gait_does_not_speak_of_the_paper(tmp_path: Path) -> N
         samples.motion({"drop": 1.25 * samples.torques, "pinv": samples.torques})
         for samples in (samples_of_gait(gait), simulated)
     ]
-    from amble.control.actuator import ACTUATORS
-
     run = RunReport(
         gait=gait,
         simulated=simulated,

@@ -22,7 +22,7 @@ class TorqueMetrics:
         law: name of the allocation law.
         actuator: name of the actuator model behind ``cot``, ``mechanical_power`` and ``heat_power``.
         cot: cost of transport, 1; infinite where no distance is walked.
-        specific_power: mean power over the weight, (P_mec + P_heat) / (m g), m/s: the cost of transport times the speed.
+        specific_power: mean power over the weight, (P_mec + P_heat) / (m g), m/s: cost of transport times speed.
         cot_error: change of ``cot`` when every second sample is left out, 1; the integration error of ``cot`` itself
             is about a sixteenth of it (fourth order). Infinite with it.
         peak_torque: largest |torque| of all joints and samples, N m.
