@@ -38,16 +38,26 @@ def screenshot(page: Path, folder: Path, fragment: str = "", size: tuple[int, in
 
     picture = folder / "page.png"
     picture.unlink(missing_ok=True)
-    options = (
-        *("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage"),
-        *("--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=3000"),
-        *(f"--user-data-dir={folder / 'profile'}", f"--window-size={size[0]},{size[1]}", f"--screenshot={picture}"),
-    )
-    address = page.resolve().as_uri() + (f"#{fragment}" if fragment else "")
-    done = subprocess.run((browser(), *options, address), capture_output=True, text=True, check=False, timeout=90)
+    done = _run(page, folder, fragment, f"--window-size={size[0]},{size[1]}", f"--screenshot={picture}")
     assert picture.is_file(), done.stderr
     pixels = np.asarray(matplotlib.image.imread(picture))[:, :, :3]
     return np.asarray(np.rint(255.0 * pixels), dtype=np.uint8)
+
+
+def document(page: Path, folder: Path) -> str:
+    """Open a page without a network and return its document as the programs of the page left it."""
+    return _run(page, folder, "", "--dump-dom").stdout
+
+
+def _run(page: Path, folder: Path, fragment: str, *options: str) -> subprocess.CompletedProcess[str]:
+    common = (
+        *("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage"),
+        *("--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=3000"),
+        f"--user-data-dir={folder / 'profile'}",
+    )
+    address = page.resolve().as_uri() + (f"#{fragment}" if fragment else "")
+    command = (browser(), *common, *options, address)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=90)
 
 
 def share_of_ink(pixels: NDArray[np.uint8]) -> float:

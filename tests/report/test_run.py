@@ -87,6 +87,9 @@ def test_written_run_is_whole(run: RunReport, tmp_path: Path) -> None:
     for stem in stems:
         assert f"(figures/{stem}.png)" in page
         assert f"(figures/{stem}.pdf)" in page
+    shown = (place / "report.html").read_text(encoding="utf-8")
+    assert shown.count("<figure") == len(stems)
+    assert "20.0 % less RMS torque" in shown
     for table in (main_table(run),):
         assert table.markdown().strip() in page
     assert "20.0 % less RMS torque" in page

@@ -17,7 +17,7 @@ def report(
     out: Annotated[Path | None, typer.Option(help="Where to write.", show_default="the same folder")] = None,
     law: Annotated[list[str] | None, typer.Option(help=laws.HELP, show_default="every law that applies")] = None,
 ) -> None:
-    """Write results.json, report.md and the figures anew; what an earlier results.json says of stability is kept."""
+    """Write results.json, both reports and the figures anew; what an earlier results.json says of stability is kept."""
     from amble.report.figures import require_matplotlib
     from amble.report.run import main_table, run_results
     from amble.workflow import rewrite_report

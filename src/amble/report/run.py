@@ -1,4 +1,4 @@
-"""Everything a run leaves in its folder: figures, report.md and results.json."""
+"""Everything a run leaves in its folder: figures, report.md, report.html and results.json."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ from amble.report.figures import (
 )
 from amble.report.figures.orbital_stability import FloquetMultipliers
 from amble.report.findings import contact_rows, contact_summary, has_both_methods, paper_table, stability_table
+from amble.report.hover import hover_figure
+from amble.report.html import write_html
 from amble.report.page import FigureFile, Page, solver_table, write_page
 from amble.report.results import (
     FORMAT,
@@ -35,11 +37,12 @@ from amble.report.results import (
 )
 from amble.report.tables import Table
 from amble.types import Json, Vector
+from amble.view import replay
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-RESULTS, PAGE, FIGURES = "results.json", "report.md", "figures"
+RESULTS, PAGE, HTML, FIGURES = "results.json", "report.md", "report.html", "figures"
 """Names of what is written into the folder of a run."""
 
 STEMS = (
@@ -52,6 +55,9 @@ STEMS = (
     "section_distance",
 )
 """Names of the figures, without suffix."""
+
+REPLAYED_CYCLES = 5
+"""Cycles of each motion in the page's replay."""
 
 PORTRAIT_CYCLES = 2
 """Simulated cycles in the portraits that compare with the optimised motion."""
@@ -188,7 +194,7 @@ def run_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
 
 
 def write_run(folder: str | Path, run: RunReport) -> tuple[Path, ...]:
-    """Write results.json, the figures and report.md into a folder; every file whole or not at all.
+    """Write results.json, the figures, report.md and report.html into a folder; every file whole or not at all.
 
     Returns:
         The paths that were written, the numbers first.
@@ -199,11 +205,20 @@ def write_run(folder: str | Path, run: RunReport) -> tuple[Path, ...]:
     """
     place = Path(folder)
     written = [write_results(place / RESULTS, run_results(run))]
-    figures = []
+    figures, drawn = [], []
     for stem, (figure, caption) in run_figures(run).items():
         written += save(figure, place / FIGURES / stem)
         figures.append(FigureFile(f"{FIGURES}/{stem}", caption))
-    page = Page(
+        drawn.append((hover_figure(figure), caption))
+    page = _page(run, tuple(figures))
+    written.append(write_page(place / PAGE, page))
+    shown = replay(run.gait, run.simulated, cycles=REPLAYED_CYCLES)
+    written.append(write_html(place / HTML, page, drawn, shown.replays))
+    return tuple(written)
+
+
+def _page(run: RunReport, figures: tuple[FigureFile, ...]) -> Page:
+    return Page(
         title=f"{run.gait.robot.name}: {run.gait.pattern.name} at {run.gait.speed:g} m/s",
         summary=(_summary(run), *run.notes),
         tables=(
@@ -214,12 +229,10 @@ def write_run(folder: str | Path, run: RunReport) -> tuple[Path, ...]:
             solver_table(run.gait.solver, run.gait.cost.unit),
             *run.tables,
         ),
-        figures=tuple(figures),
+        figures=figures,
         settings={**run.settings, **{f"seconds, {step}": f"{value:.2f}" for step, value in run.seconds.items()}},
         versions=run.versions,
     )
-    written.append(write_page(place / PAGE, page))
-    return tuple(written)
 
 
 def _summary(run: RunReport) -> str:
@@ -243,4 +256,4 @@ def run_files(folder: str | Path) -> tuple[Path, ...]:
     """Return every path that ``write_run`` may write into a folder."""
     place = Path(folder)
     figures = [place / FIGURES / f"{stem}.{suffix}" for stem in STEMS for suffix in ("png", "pdf")]
-    return (place / RESULTS, place / PAGE, *figures)
+    return (place / RESULTS, place / PAGE, place / HTML, *figures)

@@ -54,7 +54,7 @@ class Table:
 
         drawn = RichTable(title=Text(self.title), title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for column, name in enumerate(self.header):
-            drawn.add_column(Text(name), justify="right" if self._is_numeric(column) else "left", overflow="fold")
+            drawn.add_column(Text(name), justify="right" if self.numeric[column] else "left", overflow="fold")
         for row in self.rows:
             drawn.add_row(*(Text(cell) for cell in row))
         buffer = StringIO()
@@ -69,13 +69,18 @@ class Table:
         cells = [self.header, *self.rows]
         safe = [tuple(markdown_text(cell) for cell in row) for row in cells]
         widths = [max(3, *(len(row[column]) for row in safe)) for column in range(len(self.header))]
-        numeric = [self._is_numeric(column) for column in range(len(self.header))]
+        numeric = self.numeric
         rule = ["-" * (width - 1) + (":" if right else "-") for width, right in zip(widths, numeric, strict=True)]
         body = [_aligned(row, widths, numeric) for row in safe]
         lines = [f"**{markdown_text(self.title)}**", "", body[0], _aligned(rule, widths, numeric), *body[1:], ""]
         for note in self.notes:
             lines += [markdown_text(note), ""]
         return "\n".join(lines)
+
+    @property
+    def numeric(self) -> tuple[bool, ...]:
+        """Whether each column holds numbers, which stand to the right."""
+        return tuple(self._is_numeric(column) for column in range(len(self.header)))
 
     def _is_numeric(self, column: int) -> bool:
         """Whether every cell that is filled starts like a number."""

@@ -90,7 +90,7 @@ def rewrite_report(
     *,
     progress: Progress | None = None,
 ) -> RunReport:
-    """Measure the gait and the trace of a folder and write results.json, report.md and the figures anew.
+    """Measure the gait and the trace of a folder and write results.json, both reports and the figures anew.
 
     What an earlier results.json says of stability, settings and times is kept.
 

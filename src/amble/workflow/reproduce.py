@@ -77,9 +77,9 @@ def reproduce(
     Args:
         specification: a file, which is read once, at the beginning; or what ``amble.read_specification`` or
             ``workflow.specified.pose`` returned; by default the paper's amble.
-        out: folder to write gaits, certificate, traces, results.json, report.md and figures into, each as soon as it is
-            known. What an earlier run left there under these names is removed once the new gait is found, so that
-            nothing in the folder belongs to another gait. Nothing is written where it is not given.
+        out: folder to write gaits, certificate, traces, results.json, report.md, report.html and figures into, each as
+            soon as it is known. What an earlier run left there under these names is removed once the new gait is
+            found, so that nothing in the folder belongs to another gait. Nothing is written where it is not given.
         method: what chooses the output weights.
         cycles: gait cycles to simulate.
         tolerance: of the simulation.
