@@ -15,7 +15,7 @@ from amble.errors import AmbleError
 from amble.hybrid import GaitPattern, gait_pattern
 from amble.robot import Robot, load_robot, symmetrized
 from amble.synthesis import gait_problem, synthesize
-from amble.workflow.checked import until_checked
+from amble.workflow.specified import until_checked
 from benchmarks.figures import Figure, show
 from benchmarks.report import FOLDER
 
@@ -140,7 +140,7 @@ def _line(row: Row) -> str:
 def _pattern(walker: Robot, gait: str) -> str | GaitPattern:
     if gait not in TABLES:
         return gait
-    from amble.synthesis.symmetric import on_symmetric
+    from amble.synthesis.problem import on_symmetric
 
     return on_symmetric(walker, lambda one: gait_pattern(one, TABLES[gait], gait == "pace", name=gait))
 

@@ -339,7 +339,7 @@ def _plain(draw: random.Random) -> Any:
 
 def read_law(path: Path) -> Any:
     """Make a law of a word, write it into a gait file's entry, and derive what it evaluates in a stance."""
-    from amble.cli.laws import parse_law
+    from amble.cli.options import parse_law
     from amble.control.allocation.registry import LAWS
     from amble.gait.files import from_dict
 

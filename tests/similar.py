@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from amble.gait import DomainTrajectory, Feedback, Gait, Limits
-from amble.io.units import LENGTHS
+from amble.io.quantities import LENGTHS
 from amble.robot import Robot
 from amble.types import frozen
 

@@ -1,10 +1,16 @@
-"""The structure of the package: imports between files go one way."""
+"""The structure of the package: imports between files go one way, files and functions are of readable length."""
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping
+from pathlib import Path
 
 import pytest
+
+import amble
+
+SOURCES = Path(amble.__file__).parent
 
 
 def circles(imports: Mapping[str, set[str]]) -> list[str]:
@@ -37,3 +43,28 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     imports = {name: set(graph.find_modules_directly_imported_by(name)) for name in graph.modules}
     assert len(imports) > 100
     assert circles(imports) == []
+
+
+LONGEST_FILE, LONGEST_FUNCTION = 310, 60
+"""Lines; a function counts with its signature and docstring."""
+
+
+def functions(tree: ast.AST) -> dict[str, int]:
+    """Name of every function with its lines."""
+    found = (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+    return {each.name: (each.end_lineno or each.lineno) - each.lineno + 1 for each in found}
+
+
+def test_a_function_is_measured_with_its_docstring() -> None:
+    assert functions(ast.parse('class A:\n    def f(self):\n        """One."""\n        return 1\n')) == {"f": 3}
+
+
+def test_files_and_functions_are_no_longer_than_one_reads_at_once() -> None:
+    long: list[str] = []
+    for path in sorted(SOURCES.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        name = path.relative_to(SOURCES)
+        lines = len(text.splitlines())
+        long += [f"{name} has {lines} lines"] if lines > LONGEST_FILE else []
+        long += [f"{name}: {f} has {n} lines" for f, n in functions(ast.parse(text)).items() if n > LONGEST_FUNCTION]
+    assert long == []

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amble.cli.check import read
+from amble.cli.checking import read
 from amble.errors import InputError
 from amble.gait.files import load_gait, save_gait
 from amble.robot import load_robot, symmetrized

@@ -215,7 +215,7 @@ def test_a_signal_during_imports_is_one_sentence(at: int, number: signal.Signals
 def test_an_interruption_that_a_destructor_swallows_is_raised_again() -> None:
     code = """
 import os, signal, time
-from amble.cli.signals import Endings
+from amble.cli.process import Endings
 
 class Swallows:
     def __del__(self): os.kill(os.getpid(), signal.SIGTERM); time.sleep(0.01)

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from amble.cli.laws import parse_law
+from amble.cli.options import parse_law
 from amble.control.allocation import BoundedMinimumNorm, DropActuator, MinimumPower, PseudoInverse, WeightedMinimumNorm
 from amble.errors import InputError
 from amble.hybrid.gaits import amble

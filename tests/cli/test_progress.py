@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from amble.cli import progress as module
-from amble.cli.progress import PAUSE, progress
+from amble.cli import console as module
+from amble.cli.console import PAUSE, progress
 from amble.progress import ProgressReport
 
 

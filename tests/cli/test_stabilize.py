@@ -6,9 +6,9 @@ import inspect
 
 import pytest
 
-from amble.cli.reproduce import reproduce as reproduce_command
-from amble.cli.simulate import simulate as simulate_command
-from amble.cli.stabilize import stabilize as stabilize_command
+from amble.cli.making import stabilize as stabilize_command
+from amble.cli.reproducing import reproduce as reproduce_command
+from amble.cli.walking import simulate as simulate_command
 from amble.defaults import FREE, METHODS
 from amble.simulation import simulate
 from amble.stability.stabilize import stabilization

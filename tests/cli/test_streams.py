@@ -68,7 +68,7 @@ def test_lost_help_is_a_sentence(command: str, tmp_path: Path) -> None:
 def test_characters_that_do_not_fit_are_degraded(environment: dict[str, str], encoding: str, tmp_path: Path) -> None:
     """The table of ``compare`` has a line of '─' and units with a middle dot or a superscript."""
     code = (
-        "from amble.cli.streams import tolerant_streams as t\nwith t():\n  print('a \\u2500 b \\ud800'); print('next')"
+        "from amble.cli.process import tolerant_streams as t\nwith t():\n  print('a \\u2500 b \\ud800'); print('next')"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],

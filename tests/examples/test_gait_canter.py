@@ -11,8 +11,7 @@ from amble.hybrid import FLAT, POINT
 from amble.hybrid.gaits import GAITS
 from amble.synthesis import gait_problem
 from amble.synthesis.initial_guess import initial_guess
-from amble.synthesis.program import build_program
-from amble.synthesis.rank import require_full_rank
+from amble.synthesis.program import build_program, require_full_rank
 from tests.robots import robot
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from examples.extending.phase_configuration import ConfigurationPhase
 
-from amble.control.closed_loop import fall_margin
 from amble.control.outputs import selection_matrix
 from amble.control.phase import DomainPhase
+from amble.control.stance_functions import fall_margin
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, keeps_phase, start_state

@@ -23,9 +23,8 @@ from amble.stability.landing_orders import common_rate, landing_order_rows, land
 from amble.stability.monodromy import prepare_variational
 from amble.stability.stabilize import stabilize
 from amble.synthesis import gait_problem
-from amble.synthesis.landing_rows import RELEASE, landing_rows
 from amble.synthesis.layout import build_layout
-from amble.synthesis.link_blocks import switch_block
+from amble.synthesis.link_blocks import RELEASE, landing_rows, switch_block
 from amble.types import Vector
 from amble.verification.check import check
 
@@ -173,13 +172,13 @@ def test_the_rows_of_the_gait_problem_are_those_of_the_check(trot: Gait) -> None
     block = switch_block(problem, layout, 0)
     last = trot.domains[0]
     q, v = (ca.DM(values[-1]) for values in (last.positions, last.velocities))
-    rows, labels, lower = landing_rows(problem, trot.pattern.switches[0], q, v)
-    assert {label.name for label in labels} <= {label.name for label in block.labels}
-    found = sorted(float(ca.DM(row)) for row in rows)
+    group = landing_rows(problem, trot.pattern.switches[0], q, v)
+    assert {label.name for label in group.labels} <= {label.name for label in block.labels}
+    found = sorted(float(ca.DM(row)) for row in group.rows)
     checked = [row for row in check(trot, grid=1).rows if row.kind == "landing order"]
     flipped = [-row.value if row.upper == 0.0 else row.value for row in checked]
     np.testing.assert_allclose(found, sorted(flipped), atol=1e-6)
-    assert len(lower) == len(rows)
+    assert len(group.lower) == len(group.upper) == len(group.rows)
 
 
 def test_the_rule_is_part_of_the_file(trot: Gait) -> None:

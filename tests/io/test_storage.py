@@ -14,8 +14,8 @@ import pytest
 
 from amble.errors import InputError, WorkError
 from amble.io.storage import atomic_write, check_file, check_folder, replacing, replacing_folder, sweep
-from amble.io.storage.folders import exchange
-from amble.io.storage.workplace import workplace
+from amble.io.storage.files import exchange
+from amble.io.storage.places import workplace
 
 
 @pytest.mark.parametrize("content", ["Lysø, Grøtli\n", b"\x00\x01"])

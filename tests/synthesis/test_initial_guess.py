@@ -8,8 +8,14 @@ import pytest
 
 from amble.robot import dynamics, kinematics
 from amble.synthesis import GaitProblem
-from amble.synthesis.footholds import foot_path, stance_span
-from amble.synthesis.initial_guess import grounded_posture, initial_guess, inverse_kinematics, middle_durations
+from amble.synthesis.initial_guess import (
+    foot_path,
+    grounded_posture,
+    initial_guess,
+    inverse_kinematics,
+    middle_durations,
+    stance_span,
+)
 from amble.synthesis.layout import DomainLayout, Layout, build_layout
 from amble.types import Vector
 

@@ -25,8 +25,7 @@ from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 from amble.simulation import simulate
 from amble.synthesis import GaitProblem, default_limits, gait_problem, synthesize
-from amble.synthesis.bounds import variable_bounds
-from amble.synthesis.layout import build_layout
+from amble.synthesis.layout import build_layout, variable_bounds
 from amble.synthesis.link_blocks import switch_block
 from amble.synthesis.node_block import FORCE_UNIT, node_block
 from amble.synthesis.program import build_program

@@ -15,7 +15,7 @@ from examples.extending.phase_configuration import ConfigurationPhase
 from amble.control import TimePhase
 from amble.errors import InputError, UnknownNameError
 from amble.hybrid import POINT, Plane
-from amble.io.units import UNITS, parse_quantity
+from amble.io.quantities import UNITS, parse_quantity
 from amble.robot import catalogue, load_robot, symmetrized
 from amble.robot.mirror import AsymmetryError
 from amble.synthesis import GaitProblem, gait_problem

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,18 +15,64 @@ from amble.control import DropActuator, joint_outputs
 from amble.errors import InputError, NotSolvedError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
-from amble.hybrid import gait_pattern
+from amble.hybrid import Plane, gait_pattern
 from amble.progress import ProgressReport
-from amble.synthesis import GaitProblem, synthesize
+from amble.robot import catalogue
+from amble.robot.catalogue import Posture
+from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import Solution, Start, ipopt
-from amble.synthesis.synthesize import GaitNotSolvedError
+from amble.synthesis.synthesize import GaitNotSolvedError, require_possible
 from amble.verification.check import check
+from tests.robots import ROBOTS, robot
 
 EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
 """Kinds that hold at the nodes whatever the mesh."""
+
+
+def changed(problem: GaitProblem, **positions: tuple[float, float]) -> GaitProblem:
+    limits = replace(problem.limits, positions={**problem.limits.positions, **positions})
+    return replace(problem, limits=limits)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_problems_by_default_are_possible(name: str, caplog: pytest.LogCaptureFixture) -> None:
+    problem = gait_problem(robot(name), "trot", speed=0.3)
+    caplog.clear()
+    require_possible(problem)
+    assert not caplog.records
+
+
+def test_a_slope_is_possible() -> None:
+    require_possible(gait_problem(catalogue.astro(), "trot", speed=0.2, ground=Plane(slope=0.17)))
+
+
+IMPOSSIBLE: dict[str, tuple[Callable[[GaitProblem], GaitProblem], str]] = {
+    "higher than legs are long": (lambda problem: changed(problem, z=(1.5, 2.0)), "the base must keep above 1.5 m"),
+    "feet in the air": (
+        lambda problem: replace(problem, posture=Posture(1.0, problem.posture.angles)),
+        r"foot '..' is 0\.\d+ m above the ground; with these angles the height of the posture would be about 0\.297 m",
+    ),
+    "feet in the ground": (
+        lambda problem: replace(problem, posture=Posture(0.02, problem.posture.angles)),
+        r"foot '..' is -0\.\d+ m above the ground",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE)
+def test_what_cannot_work_is_refused_before_the_solver(name: str, small_problem: GaitProblem) -> None:
+    change, says = IMPOSSIBLE[name]
+    with pytest.raises(InputError, match=says):
+        synthesize(change(small_problem))
+
+
+def test_a_posture_outside_its_bounds_is_told(small_problem: GaitProblem, caplog: pytest.LogCaptureFixture) -> None:
+    """It was moved in silence."""
+    require_possible(changed(small_problem, fl_knee=(1.5, 2.0)))
+    assert "the posture has fl_knee at 1.16, outside 1.5 to 2; it is moved inside" in caplog.text
 
 
 @pytest.fixture(scope="module")

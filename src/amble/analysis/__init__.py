@@ -2,7 +2,7 @@
 
 from amble.analysis.bounds import ContactBounds
 from amble.analysis.comparison import Comparison, LawMetrics, Reduction, compare
-from amble.analysis.contact import ContactReport, contact_report
+from amble.analysis.contact import ContactReport, contact_report, monitors
 from amble.analysis.energy import TorqueMetrics, torque_metrics
 from amble.analysis.laws import (
     LawChoice,
@@ -15,7 +15,6 @@ from amble.analysis.laws import (
     with_laws,
 )
 from amble.analysis.limit_use import AllocationLimits, LimitUse
-from amble.analysis.monitors import monitors
 from amble.analysis.motion import Motion
 from amble.analysis.reallocation import Allocated, reallocate
 from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace

@@ -7,20 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import (
-    certify,
-    check,
-    compare,
-    export,
-    init,
-    report,
-    reproduce,
-    robots,
-    simulate,
-    stabilize,
-    synthesize,
-    view,
-)
+from amble.cli import checking, making, reproducing, robots, view, walking
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -63,17 +50,17 @@ app = typer.Typer(
 )
 
 COMMANDS = (
-    reproduce.reproduce,
-    init.init,
-    synthesize.synthesize,
-    check.check,
-    stabilize.stabilize,
-    certify.certify,
-    simulate.simulate,
-    compare.compare,
-    export.export,
+    reproducing.reproduce,
+    making.init,
+    making.synthesize,
+    checking.check,
+    making.stabilize,
+    checking.certify,
+    walking.simulate,
+    walking.compare,
+    walking.export,
     view.view,
-    report.report,
+    reproducing.report,
     robots.robots,
 )
 

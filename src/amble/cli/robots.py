@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from amble.cli import naming
+from amble.cli import options
 from amble.cli.console import print_table
 from amble.cli.output import result, show
 from amble.errors import InputError
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def robots(
     file: Annotated[Path | None, typer.Argument(help="URDF file to look at.", show_default=False)] = None,
-    feet: Annotated[str | None, naming.FEET] = None,
+    feet: Annotated[str | None, options.FEET] = None,
 ) -> None:
     """List the robots that ship with the package, or one of a file with what the file says and amble does not use.
 
@@ -30,7 +30,7 @@ def robots(
 
     if feet is not None and file is None:
         raise InputError("--feet are those of a URDF file; name that too")
-    labelled = {} if feet is None else naming.feet_of(feet)
+    labelled = {} if feet is None else options.feet_of(feet)
     found = [load_robot(file, labelled)] if file is not None else [catalogue.load(name) for name in catalogue.names()]
     rows = [
         [printable(robot.name), f"{robot.mass:.2f}", str(len(robot.joints)), " ".join(robot.foot_names)]

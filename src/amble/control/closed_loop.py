@@ -13,18 +13,11 @@ from amble.control.allocation import AllocationLaw
 from amble.control.linearisation import Linearised, linearise
 from amble.control.phase import Phase, TimePhase
 from amble.control.sensitivity import sensitivity
+from amble.control.stance_functions import ARGUMENTS, fall_margin, function, guard, reset, signals
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
 from amble.hybrid import Contacts, GaitPattern, Stance, Switch, constrained_dynamics, impact
 from amble.robot import Robot, kinematics
-
-LOWEST_BASE = 0.06
-"""A base lower than this above the ground under it has fallen, in lengths of the longest leg."""
-
-STEEPEST = 0.3
-"""A base whose vertical axis has a smaller component along the ground's normal under it has fallen over."""
-
-ARGUMENTS = ["t", "x", "p"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,10 +148,10 @@ def _flow_functions(
         "error": ca.densify(slope.error),
     }
     return (
-        _function("field", symbols, {"rate": ca.vertcat(v, loop.acceleration)}),
-        _function("variation", symbols, slopes),
-        _function("signals", symbols, _signals(contacts, q, v, loop)),
-        _function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
+        function("field", symbols, {"rate": ca.vertcat(v, loop.acceleration)}),
+        function("variation", symbols, slopes),
+        function("signals", symbols, signals(contacts, q, v, loop)),
+        function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
     )
 
 
@@ -176,8 +169,8 @@ def _event_functions(
     """Write the event that ends one stance as functions."""
     q, v, symbols, constraints = _arguments(contacts.robot, outputs, order, phase)
     loop = _loop(contacts, law, switch.source, symbols, constraints)
-    guard, after = _guard(contacts, switch, q, loop, lift_off), _reset(landed, switch, q, v)
-    return _function("guard", symbols, {"guard": guard}), _function("reset", symbols, {"state": after})
+    crossing, after = guard(contacts, switch, q, loop, lift_off), reset(landed, switch, q, v)
+    return function("guard", symbols, {"guard": crossing}), function("reset", symbols, {"state": after})
 
 
 def _arguments(
@@ -196,51 +189,6 @@ def _loop(
     t, x, _ = symbols
     phase = constraints.phase_rates(contacts.robot, stance, t, x[:size], x[size:])
     return linearise(contacts, law, x[:size], x[size:], phase, constraints)
-
-
-def _function(name: str, symbols: list[ca.SX], results: dict[str, ca.SX]) -> ca.Function:
-    """Write a function of t, x and p without common subexpressions."""
-    return ca.Function(name, symbols, ca.cse(list(results.values())), ARGUMENTS, list(results))
-
-
-def fall_margin(contacts: Contacts, q: ca.SX) -> ca.SX:
-    """Return the margin to a fall: height of the base above the ground under it, and how upright it is there."""
-    ground, rotation = contacts.ground, kinematics.base_rotation(q)
-    height = q[2] - ground.height(q[0], q[1])
-    upright = rotation[2, 2] if ground.level else ca.dot(ground.normal(q[:3]), rotation[:, 2])
-    return ca.fmin(height - LOWEST_BASE * contacts.robot.leg_length, upright - STEEPEST)
-
-
-def _signals(contacts: Contacts, q: ca.SX, v: ca.SX, loop: Linearised | DrivenMotion) -> dict[str, ca.SX]:
-    """What a simulation records: world frame, all feet in the robot's order, zero force at swing feet."""
-    robot = contacts.robot
-    return {
-        "torque": ca.densify(loop.torques),
-        "force": contacts.on_every_foot(loop.forces),
-        "foot": ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names]),
-        "foot_velocity": ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) @ v for foot in robot.foot_names]),
-        "pivot": loop.pivot,
-    }
-
-
-def _guard(contacts: Contacts, switch: Switch, q: ca.SX, loop: Linearised | DrivenMotion, lift_off: float) -> ca.SX:
-    """Gap of the first landing foot; without landing the mean normal force of the lifting feet less that of lift-off.
-
-    The mean is smooth where two forces reach it at once; the smallest of them would not be.
-    """
-    if switch.landing:
-        return contacts.ground.gap(kinematics.foot_position(contacts.robot, switch.landing[0], q))
-    local = contacts.local(loop.forces, contacts.points(q))
-    forces = [contacts.contact.normal_force(local[contacts.feet.index(foot)]) for foot in switch.leaving]
-    return sum(forces[1:], forces[0]) / len(forces) - lift_off
-
-
-def _reset(landed: Contacts, switch: Switch, q: ca.SX, v: ca.SX) -> ca.SX:
-    """Plastic impact that stops all feet of the next stance; the identity at a lift-off."""
-    if not switch.landing:
-        return ca.vertcat(q, v)
-    velocity, _ = impact(landed, q, v)
-    return ca.densify(ca.vertcat(q, velocity))
 
 
 Torques = Callable[[Contacts, ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
@@ -289,14 +237,14 @@ def driven_loops(
         motion = DrivenMotion(acceleration, u, dynamics.free_force + dynamics.force_map @ u)
         symbols, rate = [t, x, p], ca.vertcat(v, acceleration)
         sources[f"loop_{name}"] = (
-            _function("field", symbols, {"rate": rate}),
-            _function("variation", symbols, {"jacobian": ca.densify(ca.jacobian(rate, x))}),
-            _function("signals", symbols, _signals(contacts, q, v, motion)),
-            _function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
+            function("field", symbols, {"rate": rate}),
+            function("variation", symbols, {"jacobian": ca.densify(ca.jacobian(rate, x))}),
+            function("signals", symbols, signals(contacts, q, v, motion)),
+            function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
         )
         sources[f"switch_{name}"] = (
-            _function("guard", symbols, {"guard": _guard(contacts, switch, q, motion, lift_off)}),
-            _function("reset", symbols, {"state": _reset(landed, switch, q, v)}),
+            function("guard", symbols, {"guard": guard(contacts, switch, q, motion, lift_off)}),
+            function("reset", symbols, {"state": reset(landed, switch, q, v)}),
         )
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)

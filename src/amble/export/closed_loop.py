@@ -11,10 +11,10 @@ from amble.codegen import compile_all, compiler
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw
-from amble.control.closed_loop import ARGUMENTS
+from amble.control.stance_functions import ARGUMENTS
 from amble.errors import InputError, WorkError
+from amble.export.code import filled, template
 from amble.export.controller import export_controller
-from amble.export.text import filled, template
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.hybrid import SIMULTANEOUS, Contacts, Domain, GaitPattern, HybridSystem, constrained_dynamics

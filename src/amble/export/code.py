@@ -1,15 +1,24 @@
-"""C text of one casadi function that a strict compiler takes: no unused parameter, no exported helper."""
+"""C text that a strict compiler takes: one casadi function without unused parameter or exported helper, templates.
+
+Values go into generated text here alone: comments are escaped, templates filled in one pass.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import resources
 
 import casadi as ca
 
 from amble.codegen.parts import cut_into_parts
 from amble.errors import WorkError
-from amble.export.text import comment
+
+_GAPS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
+"""Where a space goes: the ends and beginnings of comments, and trigraphs."""
+
+_PLACE = re.compile(r"@([A-Z_]+)@")
 
 _ENTRY = re.compile(
     r"CASADI_SYMBOL_EXPORT int (\w+)\(const casadi_real\*\* arg.*?\)\s*\{\s*return (casadi_f\d+)\(", re.S
@@ -42,6 +51,35 @@ int {name}(const double **arg, double **res, long long *iw, double *w) {{
   return {inner}(arg, res, iw, w, 0);
 }}
 """
+
+
+def comment(text: str) -> str:
+    """Write a text inside a comment of C: it can neither end the comment nor begin another, nor join two lines.
+
+    Pairs of characters that mean something to the compiler are set apart; a backslash, and what cannot be printed,
+    becomes the number of its character. Any other text stays as it is.
+    """
+    written = "".join(
+        letter if letter.isprintable() and letter != "\\" else f"<U+{ord(letter):04X}>" for letter in text
+    )
+    return _GAPS.sub(" ", written)
+
+
+def template(name: str) -> str:
+    """Read a template of this package."""
+    return (resources.files("amble.export") / "templates" / name).read_text(encoding="utf-8")
+
+
+def filled(text: str, code: Mapping[str, str], comments: Mapping[str, str] | None = None) -> str:
+    """Fill the places ``@NAME@`` of a template in one pass: a place inside a value stays text.
+
+    Args:
+        text: the template.
+        code: name of the place -> code, written by this package.
+        comments: name of the place -> any text, escaped for a comment.
+    """
+    values = {**code, **{name: comment(value) for name, value in (comments or {}).items()}}
+    return _PLACE.sub(lambda place: values[place.group(1)], text)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,10 +9,8 @@ from pathlib import Path
 from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
-from amble.export.code import Code, c_code
-from amble.export.law import StanceLaw, stance_law
-from amble.export.tables import LATEST, tables
-from amble.export.text import filled, template
+from amble.export.code import Code, c_code, filled, template
+from amble.export.law import LATEST, StanceLaw, stance_law, tables
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
 from amble.io.storage import check_replaceable, replacing_folder

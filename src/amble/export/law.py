@@ -1,7 +1,8 @@
-"""What the exported controller evaluates in one stance: torques, contact forces, rank and margin as one function."""
+"""What the exported controller evaluates in one stance as one function, and the numbers of a gait as tables in C."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -10,14 +11,22 @@ import numpy as np
 from amble.control import AllocationLaw, ContactLimits, margins
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints
+from amble.export.code import comment
 from amble.gait import Gait
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import Stance
 from amble.names import identifier
+from amble.robot.mirror import SignedPermutation
 from amble.types import Vector
 
 FREE = 1e30
 """Torque limit of a joint that has none, N m."""
+
+EARLIEST = 0.5
+"""Share of the planned duration before which no flag ends a stance: a foot that has just lifted may still touch."""
+
+LATEST = 2.0
+"""Share of the planned duration after which a stance counts as late."""
 
 
 @dataclass(frozen=True)
@@ -63,3 +72,65 @@ def torque_limits(gait: Gait) -> Vector:
     robot = gait.robot
     found = [min(joint.effort, gait.limits.torques.get(joint.name, np.inf), FREE) for joint in robot.joints]
     return np.array(found, dtype=np.float64)
+
+
+def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, arguments: int, results: int) -> str:
+    """Write all constant tables of a controller.
+
+    Args:
+        gait: the gait.
+        laws: the laws of the solved stances, in order.
+        smallest_pivot: pivot below which rank counts as lost.
+        arguments: scratch that the generated code needs for pointers to arguments.
+        results: the same for results.
+    """
+    masks = [sum(1 << gait.robot.foot_names.index(foot) for foot in stance.feet) for stance in gait.pattern.stances]
+    lines = [
+        f"#define SOLVED {len(laws)}",
+        f"#define ARGUMENTS {arguments}",
+        f"#define RESULTS {results}",
+        f"#define EARLIEST {EARLIEST!r}",
+        f"#define LATEST {LATEST!r}",
+        f"#define SMALLEST_PIVOT {smallest_pivot!r}",
+        "",
+        "/* Feet on the ground in every stance, one bit a foot. */",
+        f"static const unsigned DOWN[AMBLE_STANCES] = {{{', '.join(f'{mask}u' for mask in masks)}}};",
+        numbers("DURATION", "SOLVED", [law.duration for law in laws]),
+        numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait)),
+    ]
+    for law in laws:
+        packed = "duration, numbers of the phase, gains, reference curves, kernel of the output weights"
+        what = f"{packed}; matrices column by column"
+        lines.append(f"\n/* {comment(law.stance.name)}: {what}. */")
+        lines.append(numbers(f"PARAMETERS_{identifier(law.stance.name)}", str(law.parameters.size), law.parameters))
+    names = ", ".join(f"PARAMETERS_{identifier(law.stance.name)}" for law in laws)
+    lines.append(f"static const double *const PARAMETERS[SOLVED] = {{{names}}};")
+    return "\n".join([*lines, "", *_mirror(gait), ""])
+
+
+def numbers(name: str, size: str, values: Iterable[float]) -> str:
+    """Write an array of doubles that read back exactly."""
+    return f"static const double {name}[{size}] = {{\n{_wrapped([repr(float(value)) for value in values])}}};"
+
+
+def _mirror(gait: Gait) -> list[str]:
+    """Signed permutations a -> sign * a[index] of coordinates, joints and forces; the identity without a mirror."""
+    robot = gait.robot
+    sizes = {"COORDINATE": robot.size, "JOINT": len(robot.joints), "FORCE": gait.pattern.all_contacts.size}
+    names = {"COORDINATE": "AMBLE_COORDINATES", "JOINT": "AMBLE_JOINTS", "FORCE": "AMBLE_FORCES"}
+    if gait.pattern.mirrored:
+        mirror = robot.mirror
+        maps = {"COORDINATE": mirror.coordinates, "JOINT": mirror.joints, "FORCE": gait.pattern.all_contacts.mirror}
+    else:
+        maps = {name: SignedPermutation(np.arange(size), np.ones(size)) for name, size in sizes.items()}
+    lines = ["/* The left-right mirror: a -> sign * a[index]. */"]
+    for name, permutation in maps.items():
+        index = _wrapped([str(int(i)) for i in permutation.index])
+        lines.append(f"static const int {name}_INDEX[{names[name]}] = {{\n{index}}};")
+        lines.append(numbers(f"{name}_SIGN", names[name], permutation.sign))
+    return lines
+
+
+def _wrapped(items: Sequence[str], a_line: int = 6) -> str:
+    rows = [", ".join(items[start : start + a_line]) for start in range(0, len(items), a_line)]
+    return ",\n".join(f"  {row}" for row in rows)

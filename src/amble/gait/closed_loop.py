@@ -19,7 +19,7 @@ from amble.gait.landing_domains import between, entering, follows, landing_domai
 from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
 from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Stance, Switch, Symmetry, Transition
-from amble.io.units import units
+from amble.io.quantities import units
 from amble.robot import Robot, kinematics
 from amble.robot.parts import RATE
 from amble.types import Vector, frozen

@@ -32,8 +32,7 @@ from amble.io.codec import (
     Optional,
     Record,
 )
-from amble.io.quantities import Array, Columns, Interval, Number
-from amble.io.units import unit_of, units
+from amble.io.quantities import Array, Columns, Interval, Number, unit_of, units
 from amble.robot import Robot
 from amble.robot.files import ROBOT
 from amble.types import Json

@@ -15,9 +15,10 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import ARGUMENTS, Flow, landing_events, landing_flow
+from amble.control.closed_loop import Flow, landing_events, landing_flow
 from amble.control.outputs import actuated_freedoms, controllable
 from amble.control.phase import DomainPhase
+from amble.control.stance_functions import ARGUMENTS
 from amble.control.virtual_constraints import pack
 from amble.errors import InputError
 from amble.gait.constraints import REFERENCE_ORDER, numbers_of

@@ -6,7 +6,8 @@ from typing import Any
 
 import casadi as ca
 
-from amble.control.closed_loop import ARGUMENTS, Flow, StanceLoop
+from amble.control.closed_loop import Flow, StanceLoop
+from amble.control.stance_functions import ARGUMENTS
 from amble.hybrid import Domain, GaitPattern, Switch, Transition
 from amble.robot import Robot
 

@@ -14,8 +14,7 @@ import casadi as ca
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError
-from amble.hybrid.expressions import arguments, function
-from amble.hybrid.validation import expect_arguments, validate
+from amble.hybrid.validation import arguments, expect_arguments, function, validate
 from amble.names import check_name, identifier
 from amble.types import Vector, frozen
 

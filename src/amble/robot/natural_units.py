@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amble.errors import InputError
-from amble.io.units import LENGTHS
+from amble.io.quantities import LENGTHS
 from amble.robot.model import Robot
 from amble.types import Vector
 

@@ -1,7 +1,7 @@
 /* Flow through one domain of a hybrid system: explicit Runge-Kutta steps with error control, a watch on the guards,
  * the event located on the dense output, samples evenly spaced in time. One call a domain; no Python inside.
  *
- * The method is data (tableau.py): 12 stages of order 8 with embedded errors of order 5 and 3, one stage that is the
+ * The method is data (runge_kutta.py): 12 stages of order 8 with embedded errors of order 5 and 3, one stage that is the
  * first of the next step, 3 more for a dense output of order 7 (Hairer, Norsett, Wanner, Solving Ordinary
  * Differential Equations I, sections II.5 and II.10: DOP853). The step control is theirs too. */
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from amble.errors import WorkError
-from amble.numerics.tableau import dop853
+from amble.numerics.runge_kutta import dop853
 from amble.simulation.bound import Callee, bind
 from amble.simulation.flow import RESOLUTION, STEEP, STUCK, TOO_LONG, Arc, Flow, FlowDefinition
 from amble.simulation.library import DOUBLES, doubles, load

@@ -114,22 +114,32 @@ def simulate(
         WorkError: the decoupling equations of a gait lose rank although the motion goes on; the torques mean nothing
             there.
     """
-    if isinstance(subject, Gait):
-        if loop is not None and control is not None:
-            raise InputError("a loop of one's own has its own control law")
-        system = closed_loop(subject, law, control=control) if loop is None else loop(subject, law)
-        begin = start_state(subject) if start is None else start
-    elif start is None:
-        raise InputError("a hybrid system is simulated from a start; only a gait has one of its own")
-    elif law is not None or loop is not None or control is not None:
-        raise InputError("only a gait takes another allocation law, control law or closed loop")
-    else:
-        system, begin = subject, start
+    system, begin = _posed(subject, start, law, control, loop)
     begin = perturbed(np.asarray(begin, dtype=np.float64).reshape(-1), perturbation, seed)
     trace = _recorded(ENGINES[engine], system, begin, cycles, tolerance, samples, time_limit, progress, max_step)
     if isinstance(subject, Gait) and trace.completed:
         _require_rank(trace)
     return trace
+
+
+def _posed(
+    subject: Gait | HybridSystem,
+    start: Vector | None,
+    law: AllocationLaw | None,
+    control: ControlLaw | None,
+    loop: Loop | None,
+) -> tuple[HybridSystem, Vector]:
+    """The system that is simulated, and from where."""
+    if isinstance(subject, Gait):
+        if loop is not None and control is not None:
+            raise InputError("a loop of one's own has its own control law")
+        system = closed_loop(subject, law, control=control) if loop is None else loop(subject, law)
+        return system, start_state(subject) if start is None else start
+    if start is None:
+        raise InputError("a hybrid system is simulated from a start; only a gait has one of its own")
+    if law is not None or loop is not None or control is not None:
+        raise InputError("only a gait takes another allocation law, control law or closed loop")
+    return subject, start
 
 
 def _recorded(

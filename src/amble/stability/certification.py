@@ -87,10 +87,7 @@ def certify(
         WorkError: the outputs of a gait lose their rank along the recorded motion.
     """
     if isinstance(subject, Gait):
-        if state is not None:
-            raise InputError("a gait is certified at the fixed point of its closed loop; it takes no state")
-        if cycles != 1:
-            raise InputError("a gait is certified over its one cycle")
+        _require_of_gait(state, cycles)
         system, state, of_gait = certified_orbit(subject, allow_absurd_limits, progress)
         conditions = (*of_gait, *conditions)
     elif state is None:
@@ -108,3 +105,11 @@ def certify(
         return certificate
     disturbance = disturb(subject, system, state, certificate.spectrum, progress, time_limit, max_step)
     return replace(certificate, disturbance=disturbance)
+
+
+def _require_of_gait(state: Vector | None, cycles: int) -> None:
+    """A gait has its own state and number of cycles."""
+    if state is not None:
+        raise InputError("a gait is certified at the fixed point of its closed loop; it takes no state")
+    if cycles != 1:
+        raise InputError("a gait is certified over its one cycle")

@@ -128,8 +128,7 @@ def fixed_point(
         return _Iterate(state, there, closest_shift(system, state, there.image))
 
     current = first = evaluate(start)
-    values = _values(system, start)
-    history = [current.size]
+    values, history = _values(system, start), [current.size]
     status = f"{iterations} Newton steps were not enough"
     for number in range(1, iterations + 1):
         solved = current.size <= accuracy
@@ -147,10 +146,17 @@ def fixed_point(
             system, start, current.state, current.map.matrix, cycles, time_limit, max_step
         )
     if status:
-        reasons = "; ".join(filter(None, [status, *_reasons(system, first, current)]))
-        steps = f"residual {current.size:.3g} after {len(history) - 1} steps"
-        raise NotSolvedError(f"{reasons} ({steps})", _rows(system, current))
+        raise _not_found(system, status, first, current, len(history) - 1)
     return _result(system, current, values, tuple(history), accuracy)
+
+
+def _not_found(system: HybridSystem, status: str, first: _Iterate, last: _Iterate, steps: int) -> NotSolvedError:
+    reasons = "; ".join(filter(None, [status, *_reasons(system, first, last)]))
+    rows = [
+        Residual(f"P(x) - x of {name}", 0.0, float(value), 0.0)
+        for name, value in zip(system.state_names, last.residual, strict=True)
+    ]
+    return NotSolvedError(f"{reasons} (residual {last.size:.3g} after {steps} steps)", rows)
 
 
 def _newton_step(system: HybridSystem, current: _Iterate, values: Vector) -> tuple[Vector, int]:
@@ -224,10 +230,3 @@ def _result(
         cycles=least_cycles(system, current.state, current.map.entries, accuracy),
         family=_newton_step(system, current, values)[1],
     )
-
-
-def _rows(system: HybridSystem, current: _Iterate) -> list[Residual]:
-    return [
-        Residual(f"P(x) - x of {name}", 0.0, float(value), 0.0)
-        for name, value in zip(system.state_names, current.residual, strict=True)
-    ]

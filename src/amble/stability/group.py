@@ -14,8 +14,8 @@ import numpy as np
 
 from amble.errors import InputError, WorkError
 from amble.hybrid import Domain, HybridSystem, Invariant
-from amble.hybrid.expressions import FIELD_ARGUMENTS
 from amble.hybrid.system import numeric
+from amble.hybrid.validation import FIELD_ARGUMENTS
 from amble.simulation.flow import TOO_LONG, FlowDefinition
 from amble.simulation.prepared import prepare_flow
 from amble.stability.monodromy import augmented

@@ -1,8 +1,7 @@
 """The gait problem, its transcription and its solution."""
 
 from amble.robot.proposal import standing_posture
-from amble.synthesis.defaults import default_limits, gait_problem
-from amble.synthesis.problem import GaitProblem
+from amble.synthesis.problem import GaitProblem, default_limits, gait_problem
 from amble.synthesis.refine import refine
 from amble.synthesis.sweep import Outcome, sweep
 from amble.synthesis.synthesize import synthesize

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.hybrid import Contacts, GaitPattern
-from amble.numerics.collocation import HERMITE_SIMPSON
+from amble.numerics.runge_kutta import HERMITE_SIMPSON
 from amble.robot import dynamics
 from amble.types import Matrix, NodeValues, Vector, frozen
 

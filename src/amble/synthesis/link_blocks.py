@@ -1,25 +1,74 @@
-"""Rows between nodes and between domains: collocation defects, impacts, periodicity."""
+"""Rows between nodes and between domains: collocation defects, impacts, orders of landing, periodicity."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from amble.hybrid import Switch, impact
 from amble.hybrid.contact import AXES
 from amble.hybrid.ground import into_frame
+from amble.hybrid.landing import steps
 from amble.names import identifier
-from amble.numerics.collocation import HERMITE_SIMPSON
+from amble.numerics.runge_kutta import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
+from amble.robot.natural_units import velocity_unit
 from amble.robot.parts import RATE
 from amble.synthesis.assembly import Block, Label
-from amble.synthesis.landing_rows import landing_rows
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
 from amble.synthesis.node_block import FORCE_UNIT, ProgramParameters, output_indices
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.rows import RowKind
+from amble.synthesis.rows import RowGroup, RowKind
+
+RELEASE = 0.001
+"""Least speed of a released foot away from the ground, as a share of sqrt(g l): from a start beside the orbit a slower
+one would touch the ground at once."""
 
 NO_COST = ca.SX(1, 1)
+
+
+def landing_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX) -> RowGroup:
+    """Return rows that are not negative; none where feet do not land one by one.
+
+    After every impact of every order the feet on the ground have pushed, those that were released go up, and those that
+    have still to land go on down.
+
+    Args:
+        problem: the gait problem.
+        switch: at which several feet land.
+        q: coordinates there, (n_q,).
+        v: their rates before any impact, (n_q,).
+    """
+    pattern = problem.pattern
+    chain = steps(switch, pattern.landing_rule, pattern.robot.foot_names)
+    rows: list[ca.SX] = []
+    names: list[str] = []
+    lower: list[float] = []
+    for stance in dict.fromkeys(step.target for step in chain) if len(chain) > 1 else ():
+        contacts = pattern.contacts(stance)
+        after, impulse = impact(contacts, q, v)
+        pushes = contacts.local(impulse, contacts.points(q))
+        where = "after " + ", ".join(foot for foot in stance.feet if foot in switch.landing)
+        for foot, push in zip(stance.feet, pushes, strict=True):
+            rows.append(contacts.contact.normal_force(push))
+            names.append(f"{where}: impulse {foot}")
+            lower.append(0.0)
+        for foot in (*switch.lifting, *(foot for foot in switch.landing if foot not in stance.feet)):
+            up = _upwards(problem, foot, q, after)
+            rows.append(up if foot in switch.lifting else -up)
+            names.append(f"{where}: velocity {'up' if foot in switch.lifting else 'down'} {foot}")
+            lower.append(RELEASE * velocity_unit(pattern.robot))
+    labels = list(RowKind.LANDING_ORDER.labels(*names))
+    return RowGroup(rows=rows, labels=labels, lower=lower, upper=[np.inf] * len(rows))
+
+
+def _upwards(problem: GaitProblem, foot: str, q: ca.SX, v: ca.SX) -> ca.SX:
+    robot, ground = problem.pattern.robot, problem.pattern.ground
+    velocity = kinematics.foot_jacobian(robot, foot, q) @ v
+    return into_frame(velocity, ground.frame(kinematics.foot_position(robot, foot, q)))[2]
 
 
 def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
@@ -62,88 +111,128 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class _SwitchSymbols:
+    """Variables of the rows of a switch: coordinates and rates before it, after it, and what joins them.
+
+    The state after the switch is that of the next domain's first node, mirrored where half a cycle is solved.
+    """
+
+    q_minus: ca.SX
+    v_minus: ca.SX
+    q_plus: ca.SX
+    v_plus: ca.SX
+    q_next: ca.SX
+    v_next: ca.SX
+    impulse: ca.SX
+    period: ca.SX
+
+    @classmethod
+    def of(cls, problem: GaitProblem, impulses: int, last: bool) -> _SwitchSymbols:
+        """Create the symbols; those after the switch are mirrored where it is the last of half a cycle."""
+        robot = problem.pattern.robot
+        qm, vm, qp, vp = (ca.SX.sym(name, robot.size) for name in ("q_minus", "v_minus", "q_plus", "v_plus"))
+        mirrored = last and problem.pattern.mirrored
+        return cls(
+            q_minus=qm,
+            v_minus=vm,
+            q_plus=qp,
+            v_plus=vp,
+            q_next=robot.mirror.position(qp) if mirrored else qp,
+            v_next=robot.mirror.position(vp) if mirrored else vp,
+            impulse=ca.SX.sym("impulse", impulses),
+            period=ca.SX.sym("period"),
+        )
+
+
 def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     """The reset into the next domain: impact, mirror and periodicity, guard, touchdown velocity."""
     pattern = problem.pattern
-    robot, ground = pattern.robot, pattern.ground
     domain = layout.domains[number]
     last = number == len(layout.domains) - 1
     following = layout.domains[0 if last else number + 1]
     switch = domain.switch
-    # shorthand
-    qm, vm, qp, vp = (ca.SX.sym(name, robot.size) for name in ("q_minus", "v_minus", "q_plus", "v_plus"))
-    impulse, period = ca.SX.sym("impulse", domain.impulse.size), ca.SX.sym("period")
-    parameters = ProgramParameters.symbols()
-
-    mirrored = last and problem.pattern.mirrored
-    q_next = robot.mirror.position(qp) if mirrored else qp
-    v_next = robot.mirror.position(vp) if mirrored else vp
-    distance = parameters.speed * period if last else ca.SX(0.0)
-    advance = ca.vertcat(*[part * distance for part in ground.translations["x"]], ca.SX.zeros(robot.size - 3))
-    continuity = q_next + advance - qm
-    names = robot.coordinate_names
-    rows, upper, lower = [continuity], [0.0] * robot.size, [0.0] * robot.size
-    labels = RowKind.CONTINUITY.labels(*(f"continuity {name}" for name in names))
+    symbols, parameters = _SwitchSymbols.of(problem, domain.impulse.size, last), ProgramParameters.symbols()
+    groups = [_continuity_rows(problem, symbols, parameters.speed * symbols.period if last else ca.SX(0.0))]
     if switch.landing:
-        landed = pattern.contacts(switch.target)
-        J = landed.jacobian(qm)
-        mass = dynamics.mass_matrix(robot, qm)
-        rows += [(mass @ (v_next - vm) - J.T @ impulse), J @ v_next]
-        labels += RowKind.IMPACT.labels(*(f"impact {name}" for name in (*names, *landed.labels)))
-        lower += [0.0] * (robot.size + J.shape[0])
-        upper += [0.0] * (robot.size + J.shape[0])
-        for foot in switch.landing:
-            point, velocity = kinematics.foot_position(robot, foot, qm), kinematics.foot_jacobian(robot, foot, qm) @ vm
-            rows += [ground.gap(point), into_frame(velocity, ground.frame(point))]
-            axes = (f"touchdown velocity {foot} {axis}" for axis in AXES)
-            labels += RowKind.TOUCHDOWN.labels(f"touchdown height {foot}", *axes)
-            lower += [0.0, *(interval[0] for interval in problem.limits.touchdown_velocity)]
-            upper += [0.0, *(interval[1] for interval in problem.limits.touchdown_velocity)]
-        orders, names_of_orders, least_of_orders = landing_rows(problem, switch, qm, vm)
-        rows += orders
-        labels += names_of_orders
-        lower += least_of_orders
-        upper += [np.inf] * len(orders)
+        groups += [_impact_rows(problem, switch, symbols), _touchdown_rows(problem, switch, symbols)]
+        groups.append(landing_rows(problem, switch, symbols.q_minus, symbols.v_minus))
     else:
-        rows.append(v_next - vm)
-        labels += RowKind.CONTINUITY.labels(*(f"continuity {RATE}{name}" for name in names))
-        lower += [0.0] * robot.size
-        upper += [0.0] * robot.size
+        rates = (f"continuity {RATE}{name}" for name in pattern.robot.coordinate_names)
+        labels = RowKind.CONTINUITY.labels(*rates)
+        groups.append(RowGroup.equalities([symbols.v_next - symbols.v_minus], labels))
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
-    force, ap = ca.SX(0, 1), ca.SX(0, 1)
+    force, a_plus = ca.SX(0, 1), ca.SX(0, 1)
     if switch.leaving:
-        ap = ca.SX.sym("a_plus", robot.size)
+        a_plus = ca.SX.sym("a_plus", pattern.robot.size)
         columns.append(following.a[0])
-        rising, names_of_rising = lift_off_rows(problem, switch, qm, vm, robot.mirror.position(ap) if mirrored else ap)
-        rows += rising
-        labels += names_of_rising
-        lower += [RISE] * len(rising)
-        upper += [np.inf] * len(rising)
-    if switch.leaving and not ground.level:
+        a_next = pattern.robot.mirror.position(a_plus) if last and pattern.mirrored else a_plus
+        rising, names = lift_off_rows(problem, switch, symbols.q_minus, symbols.v_minus, a_next)
+        endless = [np.inf] * len(rising)
+        groups.append(RowGroup(rows=rising, labels=names, lower=[RISE] * len(rising), upper=endless))
+    if switch.leaving and not pattern.ground.level:
         # on level ground the normal force is a variable, whose bounds say the same
-        contacts = pattern.contacts(switch.source)
-        force = ca.SX.sym("force", contacts.size)
-        local = contacts.local(force, contacts.points(qm))
-        for foot in switch.leaving:
-            rows.append(contacts.contact.normal_force(local[contacts.feet.index(foot)]) / FORCE_UNIT)
-            labels += RowKind.LIFT_OFF.labels(f"lift-off force {foot} (10 N)")
-        least = [problem.limits.normal_force / FORCE_UNIT] * len(switch.leaving)
-        lower, upper = [*lower, *least], [*upper, *least]
+        force = ca.SX.sym("force", pattern.contacts(switch.source).size)
+        groups.append(_lift_off_rows(problem, switch, symbols.q_minus, force))
         columns.append(domain.force[-1])
+    before, after = (symbols.q_minus, symbols.v_minus), (symbols.q_plus, symbols.v_plus)
     return Block(
         name=f"switch_{identifier(domain.stance.name)}",
-        variables=ca.vertcat(qm, vm, qp, vp, impulse, period, ap, force),
+        variables=ca.vertcat(*before, *after, symbols.impulse, symbols.period, a_plus, force),
         constants=ca.SX(0, 1),
         parameters=parameters.packed(),
-        rows=ca.vertcat(*rows),
+        rows=ca.vertcat(*(row for group in groups for row in group.rows)),
         cost=NO_COST,
-        labels=tuple(labels),
+        labels=tuple(label for group in groups for label in group.labels),
         columns=np.concatenate(columns)[None, :],
         values=np.zeros((1, 0)),
         places=(switch.name,),
-        lower=np.array([lower]),
-        upper=np.array([upper]),
+        lower=np.array([[bound for group in groups for bound in group.lower]]),
+        upper=np.array([[bound for group in groups for bound in group.upper]]),
     )
+
+
+def _continuity_rows(problem: GaitProblem, symbols: _SwitchSymbols, distance: ca.SX) -> RowGroup:
+    """The place stays the same, but for the distance walked where the cycle closes."""
+    robot, ground = problem.pattern.robot, problem.pattern.ground
+    advance = ca.vertcat(*[part * distance for part in ground.translations["x"]], ca.SX.zeros(robot.size - 3))
+    labels = RowKind.CONTINUITY.labels(*(f"continuity {name}" for name in robot.coordinate_names))
+    return RowGroup.equalities([symbols.q_next + advance - symbols.q_minus], labels)
+
+
+def _impact_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbols) -> RowGroup:
+    """The plastic impact that stops all feet of the next stance."""
+    robot, landed = problem.pattern.robot, problem.pattern.contacts(switch.target)
+    J, mass = landed.jacobian(symbols.q_minus), dynamics.mass_matrix(robot, symbols.q_minus)
+    rows = [mass @ (symbols.v_next - symbols.v_minus) - J.T @ symbols.impulse, J @ symbols.v_next]
+    return RowGroup.equalities(
+        rows, RowKind.IMPACT.labels(*(f"impact {name}" for name in (*robot.coordinate_names, *landed.labels)))
+    )
+
+
+def _touchdown_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbols) -> RowGroup:
+    """Every landing foot is on the ground, with a velocity within the limits."""
+    robot, ground, limits = problem.pattern.robot, problem.pattern.ground, problem.limits.touchdown_velocity
+    rows: list[ca.SX] = []
+    labels: list[Label] = []
+    for foot in switch.landing:
+        point = kinematics.foot_position(robot, foot, symbols.q_minus)
+        velocity = kinematics.foot_jacobian(robot, foot, symbols.q_minus) @ symbols.v_minus
+        rows += [ground.gap(point), into_frame(velocity, ground.frame(point))]
+        axes = (f"touchdown velocity {foot} {axis}" for axis in AXES)
+        labels += RowKind.TOUCHDOWN.labels(f"touchdown height {foot}", *axes)
+    lower, upper = ([0.0, *(interval[end] for interval in limits)] * len(switch.landing) for end in (0, 1))
+    return RowGroup(rows=rows, labels=labels, lower=lower, upper=upper)
+
+
+def _lift_off_rows(problem: GaitProblem, switch: Switch, q: ca.SX, force: ca.SX) -> RowGroup:
+    """Feet leave the ground where their normal force has fallen to its least."""
+    contacts = problem.pattern.contacts(switch.source)
+    local = contacts.local(force, contacts.points(q))
+    rows = [contacts.contact.normal_force(local[contacts.feet.index(foot)]) / FORCE_UNIT for foot in switch.leaving]
+    labels = RowKind.LIFT_OFF.labels(*(f"lift-off force {foot} (10 N)" for foot in switch.leaving))
+    least = [problem.limits.normal_force / FORCE_UNIT] * len(switch.leaving)
+    return RowGroup(rows=rows, labels=labels, lower=least, upper=least)
 
 
 def phase_block(problem: GaitProblem, domain: DomainLayout) -> Block:

@@ -14,12 +14,11 @@ from amble.gait.cost import Instant
 from amble.hybrid import Contacts, selection
 from amble.names import identifier
 from amble.numerics.bezier import bezier
-from amble.numerics.collocation import HERMITE_SIMPSON, node_weights
+from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.parts import ACCELERATION, RATE
 from amble.synthesis.assembly import Block, Label
-from amble.synthesis.bounds import MARGIN
-from amble.synthesis.layout import DomainLayout, Layout
+from amble.synthesis.layout import MARGIN, DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
 
@@ -91,14 +90,8 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     swing = [name for name in robot.foot_names if name not in feet]
     gaps = [contacts.ground.gap(kinematics.foot_position(robot, name, q)) for name in swing]
     tilted, tilted_labels = _tilted_rows(contacts, q, local)
-    coordinates = problem.outputs.of(domain.stance.name).coordinates
     labels = (
-        RowKind.DYNAMICS.labels(*(f"dynamics {name} (10 N)" for name in robot.coordinate_names))
-        + RowKind.CONTACT.labels(*(f"contact {label}" for label in contacts.labels))
-        + RowKind.OUTPUT.labels(*(f"output {name}" for name in coordinates))
-        + RowKind.OUTPUT_RATE.labels(*(f"output {RATE}{name}" for name in coordinates))
-        + RowKind.OUTPUT_ACCELERATION.labels(*(f"output {ACCELERATION}{name}" for name in coordinates))
-        + RowKind.LAW.labels(*(f"law {problem.law.name} {i} (10 N m)" for i in range(law.shape[0])))
+        _equality_labels(problem, domain, contacts, law.shape[0])
         + RowKind.FRICTION.labels(*(f"friction {name} {side} (10 N)" for name in feet for side in foot.sides))
         + RowKind.HEIGHT.labels(*(f"height {name}" for name in swing))
         + tilted_labels
@@ -127,6 +120,19 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
         places=tuple(domain.place(node) for node in range(domain.nodes)),
         lower=lower,
         upper=upper,
+    )
+
+
+def _equality_labels(problem: GaitProblem, domain: DomainLayout, contacts: Contacts, laws: int) -> list[Label]:
+    """Label the rows that are zero: dynamics, contacts, outputs with their rates, allocation law."""
+    coordinates = problem.outputs.of(domain.stance.name).coordinates
+    return (
+        RowKind.DYNAMICS.labels(*(f"dynamics {name} (10 N)" for name in contacts.robot.coordinate_names))
+        + RowKind.CONTACT.labels(*(f"contact {label}" for label in contacts.labels))
+        + RowKind.OUTPUT.labels(*(f"output {name}" for name in coordinates))
+        + RowKind.OUTPUT_RATE.labels(*(f"output {RATE}{name}" for name in coordinates))
+        + RowKind.OUTPUT_ACCELERATION.labels(*(f"output {ACCELERATION}{name}" for name in coordinates))
+        + RowKind.LAW.labels(*(f"law {problem.law.name} {i} (10 N m)" for i in range(laws)))
     )
 
 

@@ -1,18 +1,34 @@
-"""The gait problem as a compiled program: speed, friction and bounds change without compiling again."""
+"""The gait problem as a compiled program: speed, friction and bounds change without compiling again.
+
+The rank of its equality rows is checked before a solver starts: dependent rows ruin interior-point methods.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from amble.errors import NotSolvedError
+from amble.residual import Residual
 from amble.synthesis.assembly import Block, Program, assemble
-from amble.synthesis.bounds import variable_bounds
-from amble.synthesis.layout import Layout, build_layout
+from amble.synthesis.layout import Layout, build_layout, resampled, variable_bounds
 from amble.synthesis.link_blocks import defect_block, period_block, phase_block, switch_block
 from amble.synthesis.node_block import node_block, parameter_values
 from amble.synthesis.problem import GaitProblem
+
+SMALLEST = 1e-7
+"""Smallest singular value of the scaled equality Jacobian, its rows normalised, below which rows count as dependent."""
+
+COARSE = 4
+"""Intervals of the mesh that is coarse enough."""
+
+STEPS = (0.05, 0.005, 0.0005)
+"""Largest steps off the start, in scaled variables."""
+
+SHIFT = 1e-12
+"""Regularisation of the normal equations, far below SMALLEST squared."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,3 +78,74 @@ def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:
         if domain.phase_numbers.size:
             blocks.append(phase_block(problem, domain))
     return [*blocks, period_block(layout)]
+
+
+def smallest_singular_value(program: GaitProgram, variables: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+    """Return the smallest singular value of the normalised equality Jacobian and its left singular vector.
+
+    By inverse iteration on J J^T with a sparse factor; at most a second where a dense decomposition takes minutes.
+
+    Args:
+        program: the transcribed problem.
+        variables: scaled variables at which to look, (n_x,).
+    """
+    from scipy.sparse import diags, identity
+    from scipy.sparse.linalg import splu
+
+    nlp = program.program
+    _, whole = nlp.linearised(variables, program.parameters)
+    free = program.lower < program.upper
+    equal = whole[nlp.equalities][:, free]
+    lengths = np.sqrt(np.asarray(equal.multiply(equal).sum(axis=1)).ravel())
+    normal = diags(1.0 / np.maximum(lengths, 1e-300)) @ equal
+    gram = (normal @ normal.T + SHIFT * identity(normal.shape[0])).tocsc()
+    factor = splu(gram, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
+    vector = np.random.default_rng(0).normal(size=normal.shape[0])
+    for _ in range(8):
+        vector = factor.solve(vector)
+        vector /= np.linalg.norm(vector)
+    return float(np.linalg.norm(normal.T @ vector)), vector
+
+
+def on_coarse_mesh(program: GaitProgram, natural: NDArray[np.float64]) -> tuple[GaitProgram, NDArray[np.float64]]:
+    """Return the same problem on few intervals and the scaled variables there; whether rows repeat shows there too.
+
+    Args:
+        program: the transcribed problem.
+        natural: unscaled variables, (n_x,).
+    """
+    if program.problem.intervals <= COARSE:
+        return program, natural / program.layout.scale
+    coarse = build_program(replace(program.problem, intervals=COARSE))
+    thin = np.zeros(coarse.layout.size)
+    for here, there in zip(program.layout.domains, coarse.layout.domains, strict=True):
+        for kind in ("q", "v", "a", "u", "force"):
+            thin[getattr(there, kind)] = resampled(natural[getattr(here, kind)], here.phases, there.phases)
+        for kind in ("duration", "coefficients", "phase_numbers", "impulse"):
+            thin[getattr(there, kind)] = natural[getattr(here, kind)]
+    thin[coarse.layout.period] = natural[program.layout.period]
+    return coarse, thin / coarse.layout.scale
+
+
+def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> float:
+    """Return the smallest singular value; raise where equality rows depend on each other.
+
+    The point is moved off the given variables by a small fixed random step: a standing robot is a special pose at
+    which rows may be dependent that are not so anywhere near. Where rows look dependent after the step, shorter ones
+    are tried: rows that depend on each other do so everywhere, but a step may also lead far outside the range of a
+    phase of the configuration.
+
+    Raises:
+        NotSolvedError: names the rows that depend on each other.
+    """
+    direction = np.random.default_rng(1).uniform(-1.0, 1.0, variables.size)
+    inside = np.clip(variables, program.lower, program.upper)  # as the solver's start; far outside all rows look alike
+    for step in STEPS:
+        value, vector = smallest_singular_value(program, inside + step * direction)
+        if value >= SMALLEST:
+            return value
+    nlp = program.program
+    names = np.array(nlp.row_names)[nlp.equalities]
+    worst = np.argsort(-np.abs(vector))[:8]
+    rows = [Residual(f"{names[i]} (weight {vector[i]:.2f})", 0.0, 0.0, 0.0) for i in worst]
+    raise NotSolvedError(f"equality rows depend on each other (smallest singular value {value:.1e})", rows)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
+
+import casadi as ca
 
 from amble.synthesis.assembly import Label
 
@@ -47,3 +50,25 @@ INITIAL_VALUE = (
     RowKind.DEFECT,
 )
 """Kinds that, but for ``AT_ENTRY`` at the first node, make every domain an initial value problem."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RowGroup:
+    """Rows of a block that say one thing.
+
+    Attributes:
+        rows: expressions, one column each.
+        labels: one a row, kind by kind.
+        lower: lower bounds, one a row.
+        upper: upper bounds, one a row.
+    """
+
+    rows: list[ca.SX]
+    labels: list[Label]
+    lower: list[float]
+    upper: list[float]
+
+    @classmethod
+    def equalities(cls, rows: list[ca.SX], labels: list[Label]) -> RowGroup:
+        """Rows that are zero."""
+        return cls(rows=rows, labels=labels, lower=[0.0] * len(labels), upper=[0.0] * len(labels))

@@ -18,6 +18,9 @@ from amble.synthesis.program import GaitProgram
 from amble.synthesis.watch import Watch, single_threaded
 from amble.types import Vector, frozen
 
+NLP_OPTIONS = {"no_nlp_grad": True, "calc_lam_p": False, "print_time": False, "error_on_fail": False}
+"""Of casadi's interface, whatever the solver."""
+
 IPOPT_OPTIONS: dict[str, Any] = {
     "mumps_scaling": 0,  # the program is scaled; MUMPS's own cost time (docs/theory/transcription.md, section 8)
     "mumps_permuting_scaling": 0,
@@ -107,17 +110,9 @@ def ipopt(
     nlp = program.program
     inside, projected = _projected(program, start.variables)
     watch, warm = Watch(program, progress, projected), start.multipliers
-    options = {
-        "grad_f": nlp.gradient,
-        "jac_g": nlp.jacobian,
-        "hess_lag": nlp.hessian,
-        "no_nlp_grad": True,
-        "calc_lam_p": False,
-        "print_time": False,
-        "error_on_fail": False,
-        "iteration_callback": watch,
-        "ipopt": {**IPOPT_OPTIONS, "tol": tolerance, "max_iter": most_iterations, **_warm_options(warm)},
-    }
+    ipopt_options = {**IPOPT_OPTIONS, "tol": tolerance, "max_iter": most_iterations, **_warm_options(warm)}
+    derivatives = {"grad_f": nlp.gradient, "jac_g": nlp.jacobian, "hess_lag": nlp.hessian}
+    options = {**NLP_OPTIONS, **derivatives, "iteration_callback": watch, "ipopt": ipopt_options}
     solver = ca.nlpsol("gait", "ipopt", nlp.nlp, options)
     began = time.perf_counter()
     arguments = {

@@ -17,8 +17,8 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from amble.errors import InputError, UnknownNameError, shown
 from amble.gait.constraints import REFERENCE_ORDER
 from amble.hybrid import SIMULTANEOUS
+from amble.io.quantities import parse_quantity
 from amble.io.reader import read_toml
-from amble.io.units import parse_quantity
 
 
 def _parser(dimension: str) -> Callable[[Any], float]:

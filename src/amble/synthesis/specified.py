@@ -19,9 +19,7 @@ from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
 from amble.robot.proposal import nominal_posture
-from amble.synthesis.defaults import default_limits
-from amble.synthesis.problem import GaitProblem
-from amble.synthesis.symmetric import on_symmetric
+from amble.synthesis.problem import GaitProblem, default_limits, on_symmetric
 
 if TYPE_CHECKING:
     from amble.synthesis.specification import (

@@ -11,8 +11,7 @@ from amble.gait import Gait
 from amble.progress import Progress
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.program import build_program
-from amble.synthesis.rank import on_coarse_mesh, require_full_rank
+from amble.synthesis.program import build_program, on_coarse_mesh, require_full_rank
 from amble.synthesis.result import to_gait
 from amble.synthesis.solve import Start, ipopt, solve_near
 

@@ -1,17 +1,73 @@
-"""From a gait problem to a gait."""
+"""From a gait problem to a gait; what no gait of a problem can do is said before a solver spends minutes on it."""
 
 from __future__ import annotations
 
-from amble.errors import NotSolvedError
+import logging
+
+import numpy as np
+
+from amble.errors import InputError, NotSolvedError, printable
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
-from amble.synthesis.doctor import require_possible
+from amble.robot.kinematics import foot_position
+from amble.robot.plausibility import doubts
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.program import GaitProgram, build_program
-from amble.synthesis.rank import on_coarse_mesh, require_full_rank
+from amble.synthesis.program import GaitProgram, build_program, on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import SOLVERS, Solution, Start, solve_near
+
+logger = logging.getLogger("amble")
+
+OFF_GROUND = 0.25
+"""Distance of a foot from the ground at the posture, as a share of the leg length, from which no solver starts."""
+
+
+def require_possible(problem: GaitProblem) -> None:
+    """Refuse a problem that cannot have a solution or a start; log what is odd about its robot and posture.
+
+    Raises:
+        InputError: the base must keep higher than legs are long, or feet are far off the ground at the posture.
+    """
+    robot, limits = problem.pattern.robot, problem.limits
+    lowest = limits.positions.get("z", (-np.inf, np.inf))[0]
+    if lowest - float(problem.pattern.ground.height(0.0, 0.0)) > robot.leg_length:
+        raise InputError(
+            f"the base must keep above {lowest:g} m (limits of z), but no leg of robot '{robot.name}' is longer than "
+            f"{robot.leg_length:.3g} m"
+        )
+    _require_feet_near_ground(problem)
+    for doubt in (*doubts(robot), *_outside(problem)):
+        logger.warning("%s", printable(doubt))
+
+
+def _require_feet_near_ground(problem: GaitProblem) -> None:
+    robot, ground = problem.pattern.robot, problem.pattern.ground
+    q = problem.posture.coordinates(robot)
+    places = [np.asarray(foot_position(robot, foot, q)).ravel() for foot in robot.foot_names]
+    base = float(ground.height(0.0, 0.0))
+    heights = {
+        foot: float(place[2] + base - ground.height(place[0], place[1]))
+        for foot, place in zip(robot.foot_names, places, strict=True)
+    }
+    foot = max(heights, key=lambda name: abs(heights[name]))
+    if abs(heights[foot]) > OFF_GROUND * robot.leg_length:
+        fitting = problem.posture.height - float(np.median(list(heights.values())))
+        raise InputError(
+            f"at the posture foot '{foot}' is {heights[foot]:.3g} m above the ground; with these angles the height of "
+            f"the posture would be about {fitting:.3g} m"
+        )
+
+
+def _outside(problem: GaitProblem) -> list[str]:
+    """What of the posture lies outside its bounds: the solver starts inside them."""
+    robot, found = problem.pattern.robot, []
+    q = problem.posture.coordinates(robot)
+    for name, (low, high) in problem.limits.positions.items():
+        value = float(q[robot.coordinate_index(name)])
+        if not low <= value <= high:
+            found.append(f"the posture has {name} at {value:.4g}, outside {low:.4g} to {high:.4g}; it is moved inside")
+    return found
 
 
 class GaitNotSolvedError(NotSolvedError):

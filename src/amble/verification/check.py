@@ -14,10 +14,9 @@ from amble.residual import Residual
 from amble.types import NodeValues
 from amble.verification.domain_rows import SampledDomain, domain_findings, motion_findings, sampled
 from amble.verification.feedback_rows import feedback_findings
-from amble.verification.findings import CheckReport, residuals
+from amble.verification.findings import CheckReport, residuals, sizes
 from amble.verification.limit_rows import limit_findings
 from amble.verification.output_dynamics import Effort
-from amble.verification.sizes import sizes
 from amble.verification.switch_rows import switch_findings
 
 TOLERANCE = 1e-5
@@ -41,7 +40,7 @@ def check(
     accelerations, torques and forces are the solution of one dense system of the equations of motion, contacts, output
     dynamics and minimum norm at those states, moved by the law. Residuals are at most ``tolerance`` in size. They are
     divided by what is recorded at its largest, and never less than a share of the robot's natural unit
-    (``sizes``: leg length l, sqrt(g l), weight):
+    (``findings``: leg length l, sqrt(g l), weight):
 
     - motion: the curves less the closed loop integrated from the recorded entry (DOP853), up to where they part.
     - acceleration, torque, force: recorded at the nodes less the dense solution.

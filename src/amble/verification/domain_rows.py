@@ -15,10 +15,9 @@ from amble.hybrid import Contacts, Stance, Switch
 from amble.hybrid.contact import AXES
 from amble.residual import Residual
 from amble.types import IntegerVector, Matrix, Vector
-from amble.verification.findings import limit, residuals
+from amble.verification.findings import limit, of_contacts, residuals, size_of, sizes
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import Effort, OutputDynamics, Record, integrate
-from amble.verification.sizes import of_contacts, size_of, sizes
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
 
 LOST = 1.0

@@ -9,9 +9,8 @@ from amble.gait.record import Feedback, Gait
 from amble.hybrid import Switch
 from amble.residual import Residual
 from amble.types import Vector, frozen
-from amble.verification.findings import residuals
+from amble.verification.findings import residuals, size_of, sizes
 from amble.verification.output_dynamics import Effort, OutputDynamics, integrate
-from amble.verification.sizes import size_of, sizes
 from amble.verification.stance_model import terms
 from amble.verification.switch_rows import NO_TIME, plastic
 

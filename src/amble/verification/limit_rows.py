@@ -6,8 +6,7 @@ import numpy as np
 
 from amble.residual import Residual
 from amble.verification.domain_rows import SampledDomain
-from amble.verification.findings import limit
-from amble.verification.sizes import sizes
+from amble.verification.findings import limit, sizes
 
 
 def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Residual]:

@@ -14,8 +14,7 @@ from amble.hybrid.landing import steps
 from amble.residual import Residual
 from amble.types import Matrix, Vector
 from amble.verification.domain_rows import SampledDomain
-from amble.verification.findings import limit, residuals
-from amble.verification.sizes import of_contacts, size_of, sizes
+from amble.verification.findings import limit, of_contacts, residuals, size_of, sizes
 from amble.verification.stance_model import Terms, terms
 
 NO_TIME = np.array([np.nan])

@@ -111,10 +111,7 @@ def reproduce(
     )
     stability = work.timed("measurement", lambda: _stability(found, certificate, trace, beside))
     report = measure(found.gait, trace, _settings(posed, found.gait, method, trace), dict(work.seconds), stability)
-    if work.out is not None:
-        work.tell(ProgressReport(what="drawing"))
-        for path in write_run(work.out, report):
-            work.keep(ProgressReport(what="wrote", file=path))
+    work.draw(report)
     return Run(
         synthesized=gait,
         stabilized=found,
@@ -157,6 +154,14 @@ class _Work:
         place = self.place(name)
         if place is not None:
             self.keep(ProgressReport(what="wrote", file=save(place)))
+
+    def draw(self, report: RunReport) -> None:
+        """Write figures, page and results, where files are written."""
+        if self.out is None:
+            return
+        self.tell(ProgressReport(what="drawing"))
+        for path in write_run(self.out, report):
+            self.keep(ProgressReport(what="wrote", file=path))
 
     def clear(self) -> None:
         """Remove what an earlier run left: it belongs to another gait."""

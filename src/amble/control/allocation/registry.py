@@ -10,8 +10,7 @@ from amble.control.allocation.drop_actuator import DropActuator
 from amble.control.allocation.law import AllocationLaw
 from amble.control.allocation.minimum_peak import MinimumPeak
 from amble.control.allocation.minimum_power import MinimumPower
-from amble.control.allocation.pseudo_inverse import PseudoInverse
-from amble.control.allocation.weighted_minimum_norm import WeightedMinimumNorm
+from amble.control.allocation.weighted_minimum_norm import PseudoInverse, WeightedMinimumNorm
 from amble.io.registry import Registry
 
 LAWS: Registry[AllocationLaw] = Registry("allocation law")

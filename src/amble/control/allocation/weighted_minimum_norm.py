@@ -1,4 +1,4 @@
-"""The smallest torques in a weighted least-squares sense, such as the least heat of unequal motors."""
+"""The smallest torques in the least-squares sense (the paper's law), or weighted, such as the least heat of motors."""
 
 from __future__ import annotations
 
@@ -11,6 +11,24 @@ import casadi as ca
 from amble.control.allocation.law import AllocationLaw, Redundancy, finite
 from amble.errors import InputError, UnknownNameError, shown
 from amble.numerics.linear_algebra import SymmetricFactor
+
+
+@dataclass(frozen=True)
+class PseudoInverse(AllocationLaw):
+    """u = A^+ r (paper, eq. 8): u is orthogonal to every torque that causes no acceleration."""
+
+    @property
+    def name(self) -> str:
+        """Name in files and on the command line."""
+        return "pinv"
+
+    def optimality_conditions(self, redundancy: Redundancy) -> ca.SX:
+        """N^T u = 0: smooth, without a matrix inverse."""
+        return redundancy.torque_basis.T @ redundancy.torques
+
+    def allocate(self, redundancy: Redundancy) -> ca.SX:
+        """Stay at the minimum-norm member."""
+        return ca.SX.zeros(redundancy.size)
 
 
 @dataclass(frozen=True)

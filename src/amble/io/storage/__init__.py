@@ -1,9 +1,7 @@
 """Safe writing: an interrupted command leaves the last good file or folder, never half of one."""
 
-from amble.io.storage.files import atomic_write, dumps, replacing
-from amble.io.storage.folders import check_replaceable, replacing_folder
-from amble.io.storage.places import check_file, check_folder
-from amble.io.storage.workplace import kept_workplace, sweep, workplace
+from amble.io.storage.files import atomic_write, check_replaceable, dumps, replacing, replacing_folder
+from amble.io.storage.places import check_file, check_folder, kept_workplace, sweep, workplace
 
 __all__ = [
     "atomic_write",

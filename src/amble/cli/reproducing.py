@@ -1,4 +1,4 @@
-"""``amble reproduce``: the whole paper, from the robot to the table and the figures."""
+"""The whole paper: ``amble reproduce`` from the robot to the table and the figures, ``report`` these anew."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from amble.cli.choices import METHOD_OPTION
+from amble.cli import options
+from amble.cli.console import progress
 from amble.cli.lines import tell_certified, tell_simulated, tell_stabilized, tell_synthesized
 from amble.cli.output import result, show
-from amble.cli.progress import progress
 from amble.defaults import METHOD, REPRODUCED_CYCLES, TOLERANCE, Method
 
 
@@ -19,7 +19,7 @@ def reproduce(
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to simulate.")] = REPRODUCED_CYCLES,
     tolerance: Annotated[float, typer.Option(help="Tolerance of the simulation.")] = TOLERANCE,
     spec: Annotated[Path | None, typer.Option(help="Specification.", show_default="the paper's amble")] = None,
-    method: Annotated[Method, METHOD_OPTION] = METHOD,
+    method: Annotated[Method, options.METHOD_OPTION] = METHOD,
 ) -> None:
     """Synthesise, stabilise, certify, simulate, and print the paper's Table 1 beside ours."""
     from amble.report.figures import require_matplotlib
@@ -35,3 +35,22 @@ def reproduce(
     tell_simulated(run.trace)
     show(main_table(run.report).text())
     result(results=run_results(run.report))
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Folder with gait.json and trace.nc.", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Where to write.", show_default="the same folder")] = None,
+    law: Annotated[list[str] | None, typer.Option(help=options.LAW_HELP, show_default="every law that applies")] = None,
+) -> None:
+    """Write results.json, both reports and the figures anew; what an earlier results.json says of stability is kept."""
+    from amble.report.figures import require_matplotlib
+    from amble.report.run import main_table, run_results
+    from amble.workflow import rewrite_report
+
+    require_matplotlib()
+    with progress("reporting") as tell:
+        written = rewrite_report(
+            folder, out, lambda pattern: [options.parse_law(word, pattern) for word in law or ()], progress=tell
+        )
+    show(main_table(written).text())
+    result(results=run_results(written))

@@ -1,0 +1,109 @@
+"""Commands that make a gait: ``amble init`` its specification, ``synthesize`` itself, ``stabilize`` its weights."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from amble.cli import options
+from amble.cli.console import progress
+from amble.cli.lines import tell_stabilized, tell_synthesized
+from amble.cli.options import METHOD_OPTION
+from amble.cli.output import show, wrote
+from amble.defaults import FREE, METHOD, Method
+from amble.errors import InputError, shown
+
+
+def init(
+    robot: Annotated[str, typer.Argument(help="Robot: a URDF file or a name of the catalogue.", show_default=False)],
+    gait: Annotated[str | None, options.GAIT] = None,
+    speed: Annotated[str | None, options.SPEED] = None,
+    feet: Annotated[str | None, options.FEET] = None,
+    symmetrize: Annotated[bool | None, options.SYMMETRIZE] = None,
+    out: Annotated[Path, typer.Option(help="Where to write the specification.")] = Path("spec.toml"),
+) -> None:
+    """Write the specification of a robot's gait with every default filled in, for `amble synthesize`.
+
+    Feet that are not named are proposed by their position, and written into the file.
+    """
+    from amble.io.storage import atomic_write
+    from amble.synthesis.specified import problem_of
+    from amble.workflow.proposal import written
+
+    asked = options.specification(robot, feet, gait, speed, symmetrize, propose=True)
+    problem = problem_of(asked)
+    if feet is None and asked.robot.feet:
+        listing = ", ".join(f"{label} = {frame}" for label, frame in asked.robot.feet.items())
+        show(f"feet by position, to be confirmed: {listing}")
+    atomic_write(out, written(asked, problem, out.parent))
+    wrote(out)
+
+
+def synthesize(
+    spec: Annotated[
+        str,
+        typer.Argument(
+            help="Specification, a TOML file; or a robot (URDF file, name of the catalogue) with --gait and --speed.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Where to write the gait.")] = Path("gait.json"),
+    start: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", help="Gait to start from, with its multipliers; else a kinematic walk.", show_default=False
+        ),
+    ] = None,
+    keep: Annotated[
+        Path | None, typer.Option(help="Where to write the last iterate of a failed run.", show_default=False)
+    ] = None,
+    feet: Annotated[str | None, options.FEET] = None,
+    gait: Annotated[str | None, options.GAIT] = None,
+    speed: Annotated[str | None, options.SPEED] = None,
+    symmetrize: Annotated[bool | None, options.SYMMETRIZE] = None,
+) -> None:
+    """Find the gait that a specification describes, or that of a robot by default."""
+    from amble.gait.files import load_gait, save_gait
+    from amble.synthesis.synthesize import GaitNotSolvedError
+    from amble.workflow.specified import pose, solve
+
+    if options.is_robot(spec):
+        posed = pose(options.specification(spec, feet, gait, speed, symmetrize, propose=False))
+    elif any(option is not None for option in (feet, gait, speed, symmetrize)):
+        raise InputError(
+            f"'{shown(spec)}' is a specification, which holds feet, gait and speed itself; --feet, --gait, --speed and "
+            "--symmetrize belong to a robot (URDF file or name of the catalogue)"
+        )
+    else:
+        posed = pose(Path(spec))
+    known = None if start is None else load_gait(start, posed.problem.pattern.robot)
+    try:
+        with progress("optimising the gait") as tell:
+            found = solve(posed, known, progress=tell)
+    except GaitNotSolvedError as error:
+        if keep is not None:
+            wrote(save_gait(error.last, keep))
+        raise
+    tell_synthesized(found)
+    wrote(save_gait(found, out))
+
+
+def stabilize(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    free: Annotated[
+        list[str] | None, typer.Option(help="Coordinate with free weights.", show_default=", ".join(FREE))
+    ] = None,
+    method: Annotated[Method, METHOD_OPTION] = METHOD,
+    out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
+) -> None:
+    """Weight the outputs of a gait until its orbit is exponentially stable."""
+    from amble.gait.files import load_gait, save_gait
+    from amble.stability.stabilize import stabilization
+
+    walker = load_gait(gait)
+    with progress("stabilising") as tell:
+        found = stabilization(walker, tuple(free or FREE), method, tell)
+    tell_stabilized(found)
+    wrote(save_gait(found.gait, out))

@@ -1,0 +1,131 @@
+"""Commands that run a gait: ``amble simulate``, ``compare`` under other laws, ``export`` its controller as C99."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from amble.cli import options
+from amble.cli.console import progress
+from amble.cli.lines import tell_simulated
+from amble.cli.output import result, show, wrote
+from amble.defaults import CYCLES, ENGINE, TOLERANCE
+from amble.errors import FallError
+
+
+class Controller(StrEnum):
+    """What computes the torques of a simulation."""
+
+    MODEL = "model"
+    C = "c"
+
+
+def simulate(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to walk.")] = CYCLES,
+    tolerance: Annotated[float, typer.Option(help="Relative and absolute tolerance of the integrator.")] = TOLERANCE,
+    law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
+    control: Annotated[
+        str | None, typer.Option(help="Feedback law, such as NAME:key=value.", show_default="the gait's own")
+    ] = None,
+    perturb: Annotated[float, typer.Option(min=0.0, help="Change of every start state, up or down at random.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Seed of the change.")] = 0,
+    controller: Annotated[
+        Controller, typer.Option(help="What computes the torques: the model, or the exported C code.")
+    ] = Controller.MODEL,
+    engine: Annotated[str, typer.Option(help="What moves the model: native, or one of a plug-in.")] = ENGINE,
+    out: Annotated[Path, typer.Option(help="Where to write the trace (netCDF).")] = Path("trace.nc"),
+) -> None:
+    """Simulate the closed loop of a gait; exits 1 where it falls, with the trace up to there."""
+    from amble.analysis import monitors
+    from amble.export import exported_loop
+    from amble.gait.closed_loop import trace_units
+    from amble.gait.files import load_gait
+    from amble.report import contact_results, contact_rows, contact_summary
+    from amble.simulation import save_trace
+    from amble.simulation import simulate as walk
+
+    walker = load_gait(gait)
+    chosen = None if law is None else options.parse_law(law, walker.pattern)
+    loop = exported_loop if controller is Controller.C else None
+    with progress("simulating") as tell:
+        trace = walk(
+            walker,
+            cycles=cycles,
+            tolerance=tolerance,
+            perturbation=perturb,
+            seed=seed,
+            engine=engine,
+            law=chosen,
+            control=None if control is None else options.parse_control(control),
+            loop=loop,
+            progress=tell,
+        )
+    tell_simulated(trace)
+    wrote(save_trace(trace, out, trace_units(walker)))
+    report = monitors(walker, trace)
+    show(contact_summary(report).text())
+    if report.violations:
+        show(contact_rows(report, only_violations=True).text())
+    result(contact=contact_results(report))
+    if not trace.completed:
+        raise FallError(trace.ended)
+
+
+def compare(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    trace: Annotated[
+        Path | None, typer.Option(help="Trace of its simulation, to compare along that too.", show_default=False)
+    ] = None,
+    law: Annotated[list[str] | None, typer.Option(help=options.LAW_HELP, show_default="every law that applies")] = None,
+    out: Annotated[Path | None, typer.Option(help="Where to write the numbers (JSON).", show_default=False)] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Where to draw the torques of one cycle, without suffix.", show_default=False)
+    ] = None,
+) -> None:
+    """Tabulate cost, torques, friction and active limits of allocation laws along the same motion."""
+    from amble.analysis import LawChoice, compare_laws, every_law, labelled
+    from amble.gait.files import load_gait
+    from amble.report import write_results
+    from amble.report.allocation import allocation_figure, allocation_results, law_table
+    from amble.report.figures import require_matplotlib, save
+    from amble.simulation import load_trace
+
+    if figure is not None:
+        require_matplotlib()
+    walker = load_gait(gait)
+    asked = [options.parse_law(word, walker.pattern) for word in law or ()]
+    chosen = LawChoice(labelled(asked), {}) if asked else every_law(walker)
+    simulated = None if trace is None else load_trace(trace)
+    with progress("comparing"):
+        found = compare_laws(walker, chosen.laws, simulated)
+    for motion in dict.fromkeys(entry.motion for entry in found.metrics):
+        show(law_table(found, motion, notes=chosen.notes).text())
+    numbers = allocation_results(found)
+    result(allocation=numbers, omitted=dict(chosen.omitted))
+    if out is not None:
+        wrote(write_results(out, {"allocation": numbers}))
+    if figure is not None:
+        for path in save(allocation_figure(walker, chosen.laws), figure):
+            wrote(path)
+
+
+def export(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the C files.")] = Path("controller"),
+) -> None:
+    """Write the controller as C: no heap, one header, a step function, test vectors and a program to replay them."""
+    from amble.export import export_controller
+    from amble.gait.files import load_gait
+
+    walker = load_gait(gait)
+    chosen = None if law is None else options.parse_law(law, walker.pattern)
+    with progress("exporting"):
+        exported = export_controller(walker, chosen, out)
+    for path in exported.files:
+        wrote(path)
+    result(law=(chosen or walker.law).name)
