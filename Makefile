@@ -21,13 +21,13 @@ run: $(VENV)/run.stamp  ## the whole paper: gait, certificate, 500 cycles, table
 	$(VENV)/bin/amble reproduce --out runs/astro-amble
 
 test: $(VENV)/develop.stamp  ## all tests, two at a time
-	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 slow: $(VENV)/develop.stamp  ## the tests that are too long for `make test`
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -m slow
 
 coverage: $(VENV)/develop.stamp  ## all tests again, and the share of lines and branches that they run
-	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile --cov --cov-report=term
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --cov --cov-report=term
 
 fuzz: $(VENV)/develop.stamp  ## drawn inputs for every reader and gaits through check, certify, export: FUZZ_INPUTS, FUZZ_GAITS, FUZZ_SECONDS each, FUZZ_SEED
 	$(FUZZ) --inputs $(FUZZ_INPUTS) --gaits $(FUZZ_GAITS) --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED)

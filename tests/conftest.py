@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,7 +21,7 @@ DATA = Path(__file__).parent / "data"
 
 @pytest.fixture(scope="session")
 def stabilised_gait() -> Gait:
-    """A stabilised amble of ASTRo that ``amble reproduce`` wrote."""
+    """The gait.json that ``amble reproduce`` of release 0.2.0 wrote; the same command writes it anew."""
     return load_gait(DATA / "stabilised-amble.json")
 
 
@@ -28,6 +29,18 @@ def stabilised_gait() -> Gait:
 def walking_gait(stabilised_gait: Gait) -> Gait:
     """The same amble with the outputs of its gait problem."""
     return replace(stabilised_gait, feedback=None)
+
+
+@pytest.fixture
+def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are composed and their files appear, empty; rendering, most of a report's time, is tests/report's."""
+    from matplotlib.figure import Figure
+
+    def appear(_: Figure, place: Any, **__: Any) -> None:
+        if isinstance(place, str | Path):  # else a picture within a page
+            Path(place).write_bytes(b"")
+
+    monkeypatch.setattr(Figure, "savefig", appear)
 
 
 @pytest.fixture(scope="session")

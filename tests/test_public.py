@@ -6,11 +6,15 @@ import ast
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import amble
+from amble.gait import Gait
+from amble.synthesis import GaitProblem
 from tests.robots import path as robot_file
 
 ROOT = Path(__file__).parents[1]
@@ -104,14 +108,49 @@ def test_readme_and_examples_pass_the_type_check(tmp_path: Path, cache: Path) ->
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("number", range(len(blocks())))
-def test_the_code_of_the_readme_runs(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As it stands; a file that it reads lies in the folder."""
-    block = blocks()[number]
+def run_block(number: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Run a block as it stands, in a folder with the file that it reads; returns its names."""
+    block, names = blocks()[number], {"__name__": "readme"}
     if "go2.urdf" in block:
-        (tmp_path / "go2.urdf").write_bytes(robot_file("go2").read_bytes())
-    monkeypatch.chdir(tmp_path)
-    exec(compile(block, f"README.md, block {number}", "exec"), {"__name__": "readme"})
+        (folder / "go2.urdf").write_bytes(robot_file("go2").read_bytes())
+    monkeypatch.chdir(folder)
+    exec(compile(block, f"README.md, block {number}", "exec"), names)
+    return names
+
+
+WHOLE = [number for number, block in enumerate(blocks()) if "amble.stabilize(" in block]
+"""Blocks that go from a robot to a certificate: a gait is optimised and stabilised, which takes long."""
+
+
+@pytest.mark.parametrize(
+    "number", [pytest.param(n, marks=pytest.mark.slow) if n in WHOLE else n for n in range(len(blocks()))]
+)
+def test_the_code_of_the_readme_runs(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_block(number, tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("number", WHOLE)
+def test_the_long_code_of_the_readme_runs_on_a_stored_gait(
+    number: int, stabilised_gait: Gait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The two long steps hand out the stored gait, if what they are given fits it; everything else is done."""
+
+    def synthesize(problem: GaitProblem) -> Gait:
+        gait = replace(stabilised_gait, feedback=None)
+        assert problem.pattern.name == gait.pattern.name
+        assert problem.pattern.robot.name == gait.robot.name
+        assert problem.speed == gait.speed
+        return gait
+
+    def stabilize(gait: Gait) -> Gait:
+        assert gait.feedback is None
+        return stabilised_gait
+
+    monkeypatch.setattr(amble, "synthesize", synthesize)
+    monkeypatch.setattr(amble, "stabilize", stabilize)
+    names = run_block(number, tmp_path, monkeypatch)
+    assert names["certificate"].radius < 0.5
+    assert names["trace"].cycles == 500
 
 
 @pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)

@@ -104,6 +104,7 @@ def test_compare_tabulates_every_law_by_default(capsys: pytest.CaptureFixture[st
         assert law in said
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_report_fills_a_folder_and_keeps_what_is_known_of_stability(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

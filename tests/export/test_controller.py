@@ -116,9 +116,7 @@ def test_cmake_builds_and_replays(exported: Exported) -> None:
 class Controller:
     """The exported functions, called as C would."""
 
-    def __init__(self, exported: Exported) -> None:
-        library = exported.folder / "controller.so"
-        link(exported, "-shared", "-o", library.name)
+    def __init__(self, library: Path) -> None:
         self.library = ctypes.CDLL(str(library))
         self.library.amble_enter.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double)
         self.library.amble_step.argtypes = (ctypes.c_void_p, ctypes.c_double, *[ctypes.c_void_p] * 5)
@@ -139,9 +137,15 @@ class Controller:
         return int(self.library.amble_step(self.memory, time, *(array.ctypes.data for array in arrays)))
 
 
+@pytest.fixture(scope="module")
+def library(exported: Exported) -> Path:
+    link(exported, "-shared", "-o", "controller.so")
+    return exported.folder / "controller.so"
+
+
 @pytest.fixture
-def controller(exported: Exported) -> Controller:
-    return Controller(exported)
+def controller(library: Path) -> Controller:
+    return Controller(library)
 
 
 def down(gait: Gait, *stances: int) -> tuple[int, ...]:
@@ -272,17 +276,25 @@ def test_contact_forces_outside_the_cone_are_told(gait: Gait, controller: Contro
     assert CONTACT_FORCE in statuses
 
 
+@pytest.fixture(scope="module")
+def two_exports(gait: Gait, tmp_path_factory: pytest.TempPathFactory) -> tuple[Exported, Exported]:
+    one, other = (export_controller(gait, law, tmp_path_factory.mktemp("two") / "folder") for law in LAWS)
+    return one, other
+
+
 @pytest.mark.parametrize("mixed", ["amble_controller.h", "amble_controller.c", "amble_law_D1.c"])
-def test_files_of_two_exports_do_not_compile_together(mixed: str, gait: Gait, tmp_path: Path) -> None:
+def test_files_of_two_exports_do_not_compile_together(
+    mixed: str, two_exports: tuple[Exported, Exported], tmp_path: Path
+) -> None:
+    one, other = two_exports
     tool = compiler()
     assert tool is not None
-    for law, name in zip(LAWS, ("first", "second"), strict=True):
-        export_controller(gait, law, tmp_path / name)
-    again = export_controller(gait, LAWS[0], tmp_path / "first")
-    command = [tool.path, *STRICT, "-c", *(path.name for path in again.sources)]
-    subprocess.run(command, cwd=again.folder, check=True)
-    shutil.copy(tmp_path / "second" / mixed, again.folder / mixed)
-    done = subprocess.run(command, cwd=again.folder, check=False, capture_output=True, text=True)
+    folder = tmp_path / "folder"
+    shutil.copytree(one.folder, folder)
+    command = [tool.path, *STRICT, "-fsyntax-only", *(path.name for path in one.sources)]
+    subprocess.run(command, cwd=folder, check=True)
+    shutil.copy(other.folder / mixed, folder / mixed)
+    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True)
     assert done.returncode != 0
     assert "belong to two exports" in done.stderr
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from amble.stability import Certificate, certify, difference_check, poincare_map
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.spectrum import spectrum
 from amble.types import frozen
+from tests.seeds import seeds
 from tests.similar import similar
 
 BIPED = Path(__file__).parents[1] / "data" / "biped-of-small-basin.json"
@@ -68,11 +70,17 @@ def with_durations(gait: Gait, size: float, draw: np.random.Generator) -> Gait:
     return replace(gait, domains=tuple(domains))
 
 
-SIZES = (1e-7, 1e-4, 1e-2)
+def drawn() -> list[Any]:
+    """Every change of every size; a certificate of each change for `make test`, the others for `make slow`."""
+    quick = {(with_start, 1e-7), (with_record, 1e-7), (with_durations, 1e-4)}
+    return [
+        pytest.param(change, size, marks=() if (change, size) in quick or size == 1e-2 else pytest.mark.slow)
+        for change in (with_start, with_record, with_durations)
+        for size in (1e-7, 1e-4, 1e-2)
+    ]
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("change", [with_start, with_record, with_durations])
+@pytest.mark.parametrize(("change", "size"), drawn())
 def test_what_leaves_the_closed_loop_leaves_the_certificate(
     biped: Gait, certificate: Certificate, change: object, size: float
 ) -> None:
@@ -88,7 +96,7 @@ def test_what_leaves_the_closed_loop_leaves_the_certificate(
     assert found.period == pytest.approx(certificate.period, rel=1e-8)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(2, 6))
 def test_under_other_weights_the_radius_is_that_of_the_changed_loop(biped: Gait, seed: int) -> None:
     draw = np.random.default_rng(seed)
     feedback, size = feedback_of(biped), 10.0 ** draw.uniform(-4.0, -1.0)
@@ -108,7 +116,7 @@ def test_under_other_weights_the_radius_is_that_of_the_changed_loop(biped: Gait,
     assert found.radius + found.error < 1.0
 
 
-@pytest.mark.parametrize(("mass", "length"), [(0.1, 0.05), (1000.0, 3.0)])
+@pytest.mark.parametrize(("mass", "length"), [(0.1, 0.05), pytest.param(1000.0, 3.0, marks=pytest.mark.slow)])
 def test_the_same_gait_of_another_size_has_the_same_certificate(
     biped: Gait, certificate: Certificate, mass: float, length: float
 ) -> None:

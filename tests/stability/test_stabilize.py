@@ -179,6 +179,7 @@ def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
     assert told[2].startswith("evaluation 1 of 150, contraction bound of the return map 1.52")
 
 
+@pytest.mark.slow
 def test_roll_alone_is_enough(walking_gait: Gait) -> None:
     """Measured: 2.322 to 0.318 in three steps; the first already reaches 0.377."""
     found = stabilization(walking_gait, free=("roll",))

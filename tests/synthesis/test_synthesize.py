@@ -23,7 +23,7 @@ from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import Solution, Start, ipopt
+from amble.synthesis.solve import SOLVERS, Solution, Start, ipopt
 from amble.synthesis.synthesize import GaitNotSolvedError, require_possible
 from amble.verification.check import check
 from tests.robots import ROBOTS, robot
@@ -152,6 +152,27 @@ def test_a_gait_that_was_saved_starts_its_neighbour(
     assert warm.solver.objective == pytest.approx(bare.solver.objective, rel=1e-5)
 
 
+def test_multipliers_of_another_mesh_do_not_reach_the_solver(
+    coarse_gait: Gait, small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class ReachedError(Exception):
+        pass
+
+    reached: list[object] = []
+
+    def solver(_: GaitProgram, start: Start, *__: object, **___: object) -> Solution:
+        reached.append(start.multipliers)
+        raise ReachedError
+
+    monkeypatch.setitem(SOLVERS._entries, "ipopt", solver)
+    for intervals in (small_problem.intervals, small_problem.intervals + 1):
+        with pytest.raises(ReachedError):
+            synthesize(replace(small_problem, intervals=intervals), start=coarse_gait)
+    assert reached[0] is not None
+    assert reached[1] is None
+
+
+@pytest.mark.slow
 def test_multipliers_of_another_mesh_are_not_used(coarse_gait: Gait, small_problem: GaitProblem) -> None:
     finer = replace(small_problem, intervals=small_problem.intervals + 1)
     with_them = synthesize(finer, start=coarse_gait)

@@ -38,6 +38,7 @@ def case(name: str) -> tuple[Gait, Trace, str]:
     return build(), synthetic_trace(3) if stances is None else synthetic_trace(3, stances=stances), sentence
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("name", CASES)
 def test_any_gait_has_a_report(name: str, tmp_path: Path) -> None:
     gait, trace, sentence = case(name)

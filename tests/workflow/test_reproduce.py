@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +17,11 @@ from amble.gait import Gait
 from amble.progress import ProgressReport
 from amble.report.run import run_files
 from amble.residual import Residual
-from amble.stability.stabilize import Stabilized, Step
 from amble.workflow import Run, reproduce
 from amble.workflow.specified import PosedProblem, pose
+from tests.workflow import stored
+from tests.workflow.stored import hand_out
 
-module: Any = importlib.import_module("amble.workflow.reproduce")
 certification: Any = importlib.import_module("amble.workflow.certify")
 
 
@@ -34,22 +33,7 @@ def posed() -> PosedProblem:
 @pytest.fixture
 def quick(stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
     """Synthesis and stabilisation hand out the stored gait."""
-
-    def stabilised(gait: Gait, **_: object) -> Stabilized:
-        steps = tuple(
-            Step(number=number, radius=radius, bound=1.1 * radius, length=1.0, drift=0.0, seconds=0.1)
-            for number, radius in enumerate((2.3, 0.4))
-        )
-        return Stabilized(
-            gait=replace(gait, feedback=stabilised_gait.feedback),
-            steps=steps,
-            reason="stored",
-            parameters=66,
-            seconds=0.1,
-        )
-
-    monkeypatch.setattr(module, "solve", lambda *_, **__: replace(stabilised_gait, feedback=None))
-    monkeypatch.setattr(module, "stabilization", stabilised)
+    hand_out(stabilised_gait, monkeypatch)
 
 
 def earlier_run(folder: Path) -> list[Path]:
@@ -63,7 +47,7 @@ def earlier_run(folder: Path) -> list[Path]:
     return left
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick", "unrendered")
 def test_a_refusal_leaves_nothing_of_an_earlier_run(
     posed: PosedProblem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -87,14 +71,14 @@ def test_a_failed_synthesis_leaves_the_earlier_run_whole(
     def failed(*_: object, **__: object) -> Gait:
         raise WorkError("no gait")
 
-    monkeypatch.setattr(module, "solve", failed)
+    monkeypatch.setattr(stored.module, "solve", failed)
     left = earlier_run(tmp_path)
     with pytest.raises(WorkError, match="no gait"):
         reproduce(posed, tmp_path)
     assert all(path.read_text() == "of another gait" for path in left)
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick", "unrendered")
 def test_a_run_is_a_record_and_writes_only_where_told(
     posed: PosedProblem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
