@@ -10,6 +10,7 @@ import pytest
 from tests.cli.run import exit_code
 
 GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
+BIPED = GAIT.with_name("biped-of-small-basin.json")
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def test_the_gait_is_certified(tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 def test_a_gait_of_small_basin_is_certified_with_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "certificate.json"
-    assert exit_code("certify", str(GAIT.parent / "biped-of-small-basin.json"), "--out", str(out)) == 0
+    assert exit_code("certify", str(BIPED), "--out", str(out)) == 0
     assert "WARNING: small basin: a start with every state changed by" in capsys.readouterr().out
     tree = json.loads(out.read_text())
     assert tree["certified"] is True
@@ -65,7 +66,7 @@ def test_the_json_object_has_what_the_file_says_of_disturbances(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "certificate.json"
-    assert exit_code("certify", str(GAIT.parent / "biped-of-small-basin.json"), "--out", str(out), "--json") == 0
+    assert exit_code("certify", str(BIPED), "--out", str(out), "--json") == 0
     said, tree = json.loads(capsys.readouterr().out), json.loads(out.read_text())
     for key in ("held_against", "does_not_say"):
         assert said[key] == tree[key]
@@ -114,19 +115,19 @@ def test_a_gait_without_an_orbit_is_refused_in_words(tmp_path: Path, capsys: pyt
 def test_what_a_gait_is_held_against_is_printed_and_an_absurd_bound_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    tree = json.loads(GAIT.read_text())
+    tree = json.loads(BIPED.read_text())
     tree["ground"]["parameters"]["friction"]["value"] = 100.0
-    tree["limits"]["torques"]["fl_knee"]["value"] = 1e-9
+    tree["limits"]["torques"]["left_knee"]["value"] = 1e-9
     path, out = tmp_path / "gait.json", tmp_path / "certificate.json"
     path.write_text(json.dumps(tree))
     assert exit_code("certify", str(path), "--out", str(out)) == 1
     captured = capsys.readouterr()
     assert "held against: friction 100" in captured.out
-    assert "torque limits (1e-09 to 50 N m)" in captured.out
-    assert "ABSURD: friction coefficient, torque limit of 'fl_knee'" in captured.out
+    assert "torque limits (1e-09 to 150 N m)" in captured.out
+    assert "ABSURD: friction coefficient, torque limit of 'left_knee'" in captured.out
     assert "sensible friction coefficient" in captured.err
     assert exit_code("certify", str(path), "--out", str(out), "--allow-absurd-limits") == 0
     assert "ABSURD" in capsys.readouterr().out
     tree = json.loads(out.read_text())
     assert tree["certified"] is True
-    assert tree["held_against"]["absurd"] == ["friction coefficient", "torque limit of 'fl_knee'"]
+    assert tree["held_against"]["absurd"] == ["friction coefficient", "torque limit of 'left_knee'"]

@@ -15,7 +15,6 @@ from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import InputOutputLinearisation, closed_loop, start_state
 from amble.gait.control_law import CONTROL_LAWS
-from amble.gait.files import save_gait
 from amble.hybrid import HybridSystem
 from amble.simulation import simulate
 from amble.verification.stance_model import terms
@@ -100,10 +99,11 @@ def test_it_takes_no_allocation_law(walking_gait: Gait) -> None:
 
 
 def test_the_command_line_names_it(
-    walking_gait: Gait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """On a biped: its six joints are sooner set up than twelve."""
     monkeypatch.setenv("AMBLE_COMPILER", "none")
-    file = str(save_gait(walking_gait, tmp_path / "gait.json"))
+    file = str(Path(__file__).parents[1] / "data" / "biped-of-small-basin.json")
     words = ["simulate", file, "--cycles", "1", "--tolerance", "1e-5", "--json", "--out", str(tmp_path / "trace.nc")]
     plugin = ["--plugin", "examples.extending.control_joint_pd"]
     assert exit_code(*words, "--control", "joint impedance:stiffness=300,damping=8", *plugin) == 0
