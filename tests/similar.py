@@ -35,6 +35,10 @@ def similar_robot(robot: Robot, mass: float, length: float) -> Robot:
                 translation=frozen(length * joint.translation),
                 effort=mass * length * joint.effort,
                 velocity=joint.velocity / np.sqrt(length),
+                rotor_inertia=mass * length**2 * joint.rotor_inertia,
+                damping=mass * length * np.sqrt(length) * joint.damping,
+                dry_friction=mass * length * joint.dry_friction,
+                friction_width=joint.friction_width / np.sqrt(length),
             )
             for joint in robot.joints
         ),

@@ -14,6 +14,7 @@ from amble.version import __version__
 _HOME = {
     "ACTUATORS": "amble.control.actuator",
     "Actuator": "amble.control.actuator",
+    "Adaptation": "amble.robot",
     "AllocationLaw": "amble.control.allocation",
     "AmbleError": "amble.errors",
     "BoundedMinimumNorm": "amble.control.allocation",
@@ -63,6 +64,7 @@ _HOME = {
     "Outputs": "amble.control",
     "PAPER": "amble.control.actuator",
     "PHASES": "amble.control",
+    "Payload": "amble.robot",
     "Phase": "amble.control",
     "Plane": "amble.hybrid",
     "PointContact": "amble.hybrid",

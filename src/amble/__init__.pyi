@@ -76,6 +76,8 @@ from amble.report import law_table as law_table
 from amble.report.run import RunReport as RunReport
 from amble.report.run import write_run as write_run
 from amble.robot import READERS as READERS
+from amble.robot import Adaptation as Adaptation
+from amble.robot import Payload as Payload
 from amble.robot import Robot as Robot
 from amble.robot import catalogue as robots
 from amble.robot import load_robot as load_robot
@@ -138,6 +140,7 @@ __all__ = [
     "READERS",
     "SOLVERS",
     "Actuator",
+    "Adaptation",
     "AllocationLaw",
     "AmbleError",
     "BoundedMinimumNorm",
@@ -176,6 +179,7 @@ __all__ = [
     "NotStabilizedError",
     "Outcome",
     "Outputs",
+    "Payload",
     "Phase",
     "Plane",
     "PointContact",

@@ -32,15 +32,15 @@ FILE = """<robot name="hopper"><transmission name="t"/>
 @pytest.mark.parametrize(
     ("dynamics", "says"),
     [
-        ('<dynamics damping="0.1" friction="0.25"/>', ["damping 0.1,", "friction 0.25,", "'transmission' (1)"]),
-        ('<dynamics damping="0" friction="0.0"/>', ["'transmission' (1)"]),
-        ("", ["'transmission' (1)"]),
+        ('<calibration rising="0"/>', ["'calibration'", "'transmission' without motorInertia (1)"]),
+        ('<dynamics damping="0.1" friction="0.25"/>', ["'transmission' without motorInertia (1)"]),
+        ("", ["'transmission' without motorInertia (1)"]),
     ],
 )
 def test_what_a_file_says_and_amble_does_not_use_is_listed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], dynamics: str, says: list[str]
 ) -> None:
-    """Damping and friction of joints were read over in silence."""
+    """What is not used is said; damping and friction are used."""
     file = tmp_path / "hopper.urdf"
     file.write_text(FILE.format(dynamics=dynamics))
     assert exit_code("robots", str(file)) == 0

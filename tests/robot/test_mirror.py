@@ -122,13 +122,6 @@ def test_asymmetric_robot_has_no_mirror() -> None:
     assert symmetrized(lopsided).mass == pytest.approx(lopsided.mass, rel=1e-14)
 
 
-def test_asymmetric_geometry_is_not_averaged_away() -> None:
-    model = robot("astro")
-    feet = (replace(model.feet[0], offset=frozen([-0.3, 0.0, 0.0])), *model.feet[1:])
-    with pytest.raises(InputError, match="the position of foot"):
-        _ = symmetrized(replace(model, feet=feet)).mirror
-
-
 def test_feet_without_twins_are_named() -> None:
     with pytest.raises(InputError, match=r"without a left-right twin \(rl, rr\)"):
         _ = replace(robot("astro"), twins=(("fl", "fr"),)).mirror

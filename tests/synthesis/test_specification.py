@@ -264,7 +264,7 @@ def test_a_robot_of_a_file_has_the_defaults_of_python(tmp_path: Path, caplog: py
     """The file asked for bounds, durations and posture one after the other, and knew no nearly symmetric robot."""
     go2 = GO2.format(file=path("go2"))
     found = problem(tmp_path, go2)
-    assert "left and right inertias are averaged" in caplog.text
+    assert "left and right are averaged" in caplog.text
     asked = load_robot(path("go2"), {"fl": "FL_foot", "fr": "FR_foot", "rl": "RL_foot", "rr": "RR_foot"})
     assert found == gait_problem(asked, "trot", speed=0.5)
     assert found.pattern.robot == symmetrized(asked)

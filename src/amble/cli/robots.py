@@ -43,6 +43,9 @@ def robots(
         for note in notes or ("nothing",):
             show(f"- {printable(note)}")
         result(notes=notes)
+        show("Rotors, damping and dry friction of the joints:")
+        for drive in _drives(found[0]) or ("none",):
+            show(f"- {printable(drive)}")
         show("What the file says and amble does not use:")
         for note in found[0].unused or ("nothing",):
             show(f"- {printable(note)}")
@@ -54,10 +57,21 @@ def robots(
                 "joints": list(robot.joint_names),
                 "feet": list(robot.foot_names),
                 "unused": list(robot.unused),
+                "drives": _drives(robot),
             }
             for robot in found
         ]
     )
+
+
+def _drives(robot: Robot) -> list[str]:
+    """Say what stands between the torques and the motion, joint by joint."""
+    return [
+        f"{joint.name}: rotor {joint.rotor_inertia:.3g} kg m^2, damping {joint.damping:.3g} N m s/rad, dry friction "
+        f"{joint.dry_friction:.3g} N m over {joint.friction_width:.2g} rad/s"
+        for joint in robot.joints
+        if not joint.driven_freely
+    ]
 
 
 def _notes(file: Path, robot: Robot) -> list[str]:

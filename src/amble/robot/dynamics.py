@@ -1,5 +1,7 @@
 """Dynamics D(q) a + h(q, v) = generalised forces, as casadi expressions.
 
+Rotors, damping and dry friction of the joints (``drive``) are part of D and h, so that torques are those of the motors.
+
 Coordinates and velocities are those of `kinematics`: v = dq/dt, not a body twist. Every function takes casadi SX, MX,
 DM or numpy and returns the matching casadi type. Expressions built from several calls share sines and cosines only
 after `casadi.cse`.
@@ -15,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
+from amble.robot.drive import resistance, rotor_energy, rotor_inertia
 from amble.robot.kinematics import aligned_joint_frames, angle_axes, base_rotation, link_poses
 from amble.robot.newton_euler import Frames, base_inertial_parameters, energy_and_momentum, joint_frames, newton_euler
 from amble.robot.rotation import constant, cross
@@ -32,7 +35,7 @@ def mass_matrix(robot: Robot, q: Any) -> Any:
 
 
 def bias(robot: Robot, q: Any, v: Any) -> Any:
-    """Return h = Coriolis, centrifugal and gravity forces, (n_q,), N or N m."""
+    """Return h = Coriolis, centrifugal and gravity forces, damping and friction of the joints, (n_q,), N or N m."""
     return _bias(robot)(q, v)
 
 
@@ -64,27 +67,39 @@ def _function(name: str, robot: Robot, letters: str, build: Callable[..., Sequen
 
 @lru_cache(maxsize=64)
 def _mass_matrix(robot: Robot) -> ca.Function:
-    return _function("mass_matrix", robot, "q", lambda q: [composite_rigid_body(aligned_joint_frames(robot), q)])
+    def build(q: ca.SX) -> list[ca.SX]:
+        return [composite_rigid_body(aligned_joint_frames(robot), q) + rotor_inertia(robot)]
+
+    return _function("mass_matrix", robot, "q", build)
 
 
 @lru_cache(maxsize=64)
 def _bias(robot: Robot) -> ca.Function:
     still = ca.SX(robot.size, 1)
-    return _function("bias", robot, "qv", lambda q, v: [newton_euler(aligned_joint_frames(robot), q, v, still)])
+    return _function(
+        "bias",
+        robot,
+        "qv",
+        lambda q, v: [newton_euler(aligned_joint_frames(robot), q, v, still) + resistance(robot, v)],
+    )
 
 
 @lru_cache(maxsize=64)
 def _inverse_dynamics(robot: Robot) -> ca.Function:
-    return _function(
-        "inverse_dynamics", robot, "qva", lambda q, v, a: [newton_euler(aligned_joint_frames(robot), q, v, a)]
-    )
+    def build(q: ca.SX, v: ca.SX, a: ca.SX) -> list[ca.SX]:
+        rigid = newton_euler(aligned_joint_frames(robot), q, v, a)
+        return [rigid + rotor_inertia(robot) @ a + resistance(robot, v)]
+
+    return _function("inverse_dynamics", robot, "qva", build)
 
 
 @lru_cache(maxsize=64)
 def _energy_and_momentum(robot: Robot) -> ca.Function:
-    return _function(
-        "energy_and_momentum", robot, "qv", lambda q, v: energy_and_momentum(aligned_joint_frames(robot), q, v)
-    )
+    def build(q: ca.SX, v: ca.SX) -> tuple[ca.SX, ...]:
+        energy, linear, angular = energy_and_momentum(aligned_joint_frames(robot), q, v)
+        return energy + rotor_energy(robot, v), linear, angular
+
+    return _function("energy_and_momentum", robot, "qv", build)
 
 
 @lru_cache(maxsize=64)

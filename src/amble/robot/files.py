@@ -3,30 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from amble.errors import InputError, shown
-from amble.io.codec import TEXT, Codec, Count, ListOf, Record
+from amble.errors import InputError, UnknownNameError, shown
+from amble.io.codec import TEXT, ByName, Codec, Count, ListOf, Record
 from amble.io.quantities import Array, Interval, Number
-from amble.robot.model import NO_OVERLAYS, Robot
-from amble.robot.parts import Foot, Joint, Link
+from amble.robot.model import Robot
+from amble.robot.parts import DRIVE, Foot, Joint, Link, Payload
 from amble.types import Json
-
-
-class _Empty(Codec):
-    """A place that is kept for later releases."""
-
-    def encode(self, value: Any, place: str) -> Json:
-        """Write an empty object."""
-        return self.decode(dict(value), place)
-
-    def decode(self, entry: Any, place: str) -> Json:
-        """Refuse what this release does not know."""
-        if not isinstance(entry, dict):
-            raise InputError(f"{place} is not an object")
-        if entry:
-            raise InputError(f"{place} is not empty; this release knows neither locked joints, rotors nor payload")
-        return {}
 
 
 def _joint(range: tuple[float, float], **fields: Any) -> Joint:
@@ -52,18 +37,70 @@ JOINT = Record(
     take=lambda joint: {**vars(joint), "range": (joint.lower, joint.upper)},
 )
 
+DRIVEN = Record(
+    dict,
+    {
+        "rotor_inertia": Number("kg m^2"),
+        "damping": Number("N m s/rad"),
+        "dry_friction": Number("N m"),
+        "friction_width": Number("rad/s"),
+    },
+)
+"""What stands between a joint's torque and its motion."""
+
+PAYLOAD = Record(Payload, {"mass": Number("kg"), "position": Array("m", 3), "link": TEXT})
+
+
+class _Payload(Codec):
+    """A payload, or an empty object where nothing is carried."""
+
+    def encode(self, value: Any, place: str) -> Json:
+        """Write the payload."""
+        return {} if value is None else PAYLOAD.encode(value, place)
+
+    def decode(self, entry: Any, place: str) -> Payload | None:
+        """Read the payload."""
+        if entry == {}:
+            return None
+        payload: Payload = PAYLOAD.decode(entry, place)
+        return payload
+
+
+OVERLAYS = Record(
+    dict,
+    {"locked_joints": ByName("joint", Number("rad or m")), "rotors": ByName("joint", DRIVEN), "payload": _Payload()},
+)
+"""What is laid over links and joints; three empty objects where nothing is."""
+
 FOOT = Record(Foot, {"name": TEXT, "frame": TEXT, "link": Count(), "offset": Array("m", 3)})
 
 
 def _take(robot: Robot) -> Mapping[str, Any]:
-    return {**vars(robot), "hash": robot.hash, "overlays": NO_OVERLAYS}
+    overlays = {
+        "locked_joints": robot.locked_joints,
+        "rotors": {
+            joint.name: {what: getattr(joint, what) for what in DRIVE}
+            for joint in robot.joints
+            if not joint.driven_freely
+        },
+        "payload": robot.payload,
+    }
+    return {**vars(robot), "hash": robot.hash, "overlays": overlays}
 
 
-def _build(hash: str, overlays: Json, twins: Any, **fields: Any) -> Robot:
+def _build(hash: str, overlays: Json, joints: tuple[Joint, ...], **fields: Any) -> Robot:
     """Build a robot, and hold it against the hash it was written with."""
-    del overlays  # empty, see _Empty
-    _check_tree(fields["links"], fields["joints"], fields["feet"])
-    robot = Robot(twins=twins, **fields)
+    _check_tree(fields["links"], joints, fields["feet"])
+    names, rotors = [joint.name for joint in joints], overlays["rotors"]
+    for name in rotors:
+        if name not in names:
+            raise UnknownNameError("joint (rotors of the robot of the gait)", name, names)
+    robot = Robot(
+        joints=tuple(replace(joint, **rotors.get(joint.name, {})) for joint in joints),
+        locked_joints=overlays["locked_joints"],
+        payload=overlays["payload"],
+        **fields,
+    )
     if robot.hash != hash:
         raise InputError(
             f"gait of another robot: what the file says of '{robot.name}' does not have the hash it was written with"
@@ -102,7 +139,7 @@ ROBOT = Record(
         "gravity": Number("m/s^2"),
         "symmetry_tolerance": Number("1"),
         "twins": ListOf(ListOf(TEXT, 2)),
-        "overlays": Record(dict, dict.fromkeys(NO_OVERLAYS, _Empty())),
+        "overlays": OVERLAYS,
         "links": ListOf(LINK),
         "joints": ListOf(JOINT),
         "feet": ListOf(FOOT),

@@ -10,10 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError, listed, printable, shown
+from amble.robot.adaptation import AS_WRITTEN, Adaptation, adapted
+from amble.robot.drive import with_friction
+from amble.robot.inertia_check import check_inertias
 from amble.robot.model import Robot
 from amble.robot.parts import Foot, Joint, Link
 from amble.robot.readers import FileJoint, FileLink, FileRobot, read_robot
 from amble.robot.rotation import skew, snap
+from amble.robot.sole import lowered
 from amble.types import Matrix, Vector, frozen
 
 logger = logging.getLogger("amble")
@@ -39,13 +43,15 @@ def load_robot(
     twins: Iterable[tuple[str, str]] | None = None,
     symmetry_tolerance: float = 1e-9,
     format: str | None = None,
+    adaptation: Adaptation = AS_WRITTEN,
 ) -> Robot:
     """Load a floating-base robot from a file of a format in ``READERS``; URDF at first.
 
     No mesh file is opened, and what is not used is logged.
 
     Links that hang on fixed joints are merged into the moving link that carries them. The base is the root link;
-    a massless root may carry it through a fixed joint, and a floating joint marks its child as the base.
+    a massless root may carry it through a fixed joint, and a floating joint, or six virtual ones without mass, mark
+    their child as the base. Rotor inertia, damping and dry friction that the file states are part of the robot.
 
     Args:
         path: the file.
@@ -56,26 +62,32 @@ def load_robot(
         twins: pairs of labels that mirror each other left to right; where not given, fl with fr and rl with rr.
         symmetry_tolerance: largest relative asymmetry that ``Robot.mirror`` accepts.
         format: name of the file's format; by default the suffix of its name.
+        adaptation: what is different from the file.
 
     Raises:
-        UnknownNameError: a foot or a twin that does not exist, or a format without a reader.
+        UnknownNameError: a foot, a twin, a joint or a link that does not exist, or a format without a reader.
         InputError: anything else that cannot be used, in one sentence.
     """
     path = Path(path)
-    file = read_robot(path, format)
     if not np.isfinite(gravity):
         raise InputError(f"gravity is {gravity}, not a finite number")
+    file = adapted(read_robot(path, format), adaptation, path)
     root, joints, placements = _tree(file, path)
     links = _merge(file, placements, [root, *(joint.child for joint in joints)])
-    _check_links(links, path)
     if not joints:
         raise InputError(f"{path.name}: the robot has no actuated joint")
     moving = [_moving_joint(joint, index, placements[joint.parent]) for index, joint in enumerate(joints)]
-    point_feet = tuple(_foot(label, frame, file, placements) for label, frame in feet.items())
+    offsets = adaptation.foot_offsets
+    for label in offsets:
+        if label not in feet:
+            raise UnknownNameError("foot (foot_offsets)", label, feet)
+    point_feet = tuple(
+        _foot(label, frame, file, placements, offsets.get(label, np.zeros(3))) for label, frame in feet.items()
+    )
     _check_distinct(point_feet, links, path)
     if file.unused:
         logger.warning("%s: %d things are not used (Robot.unused): %s", path.name, len(file.unused), _few(file.unused))
-    return Robot(
+    robot = Robot(
         name=file.name if name is None else name,
         source=path.name,
         links=links,
@@ -85,12 +97,18 @@ def load_robot(
         twins=_twins(tuple(feet), twins),
         symmetry_tolerance=symmetry_tolerance,
         unused=file.unused,
+        locked_joints=dict(adaptation.locked),
+        payload=adaptation.payload,
     )
+    check_inertias(robot, path.name)
+    rubbing = {own.name: own.dry_friction for own in joints if own.dry_friction}
+    robot = with_friction(robot, rubbing, adaptation.friction_width) if rubbing else robot
+    return lowered(robot, adaptation.foot_radius) if adaptation.foot_radius else robot
 
 
 def carried_frames(path: Path) -> dict[str, tuple[int, Vector]]:
     """Return link of the file -> the moving link that carries it, and its origin there, m; errors as ``load_robot``."""
-    file = read_robot(path)
+    file = adapted(read_robot(path), AS_WRITTEN, path)
     _, _, placements = _tree(file, path)
     return {name: (at.carrier, at.translation) for name, at in placements.items()}
 
@@ -117,7 +135,10 @@ def _find_root(file: FileRobot, path: Path) -> str:
                 raise UnknownNameError(f"link (joint '{joint.name}' of {path.name})", link, names)
         if joint.child in parent_of:
             first = parent_of[joint.child].name
-            raise InputError(f"{path.name}: link '{joint.child}' hangs on two joints, '{first}' and '{joint.name}'")
+            raise InputError(
+                f"{path.name}: link '{joint.child}' hangs on two joints, '{first}' and '{joint.name}'; amble moves "
+                "trees of links, a closed chain has to be cut in the file"
+            )
         parent_of[joint.child] = joint
     roots = [name for name in names if name not in parent_of]
     if not roots:
@@ -134,7 +155,10 @@ def _base_below(file: FileRobot, root: str, path: Path) -> str:
     floating = [joint for joint in file.joints if joint.kind == "floating"]
     if floating:
         if len(floating) > 1 or len(below) > 1 or floating[0].parent != root or not massless:
-            raise InputError(f"{path.name}: the only floating joint allowed carries the base from a massless root link")
+            raise InputError(
+                f"{path.name}: the only floating joint allowed carries the base from a massless root link; "
+                f"{_lock(floating[-1])}"
+            )
         return floating[0].child
     if root == "world" and any(joint.kind == "fixed" for joint in below):
         raise InputError(f"{path.name}: the robot is fixed to the link 'world', a floating base is needed")
@@ -149,11 +173,13 @@ def _place(file: FileRobot, root: str, joints: list[FileJoint], path: Path) -> d
     for joint in file.joints:
         if joint.mimics is not None:
             raise InputError(
-                f"{path.name}: joint '{joint.name}' mimics '{shown(joint.mimics)}', which is not supported"
+                f"{path.name}: joint '{joint.name}' mimics '{shown(joint.mimics)}', which amble cannot move; "
+                f"{_lock(joint)}"
             )
         if joint.kind not in (*REVOLUTE, "fixed", "floating"):
             raise InputError(
-                f"{path.name}: joint '{joint.name}' is {shown(joint.kind)}; known: revolute, continuous, fixed"
+                f"{path.name}: joint '{joint.name}' is {shown(joint.kind)}; known: revolute, continuous, fixed; "
+                f"{_lock(joint)}"
             )
     fixed: dict[str, list[FileJoint]] = {}
     for joint in file.joints:
@@ -173,6 +199,10 @@ def _place(file: FileRobot, root: str, joints: list[FileJoint], path: Path) -> d
         raise InputError(f"{path.name}: link '{lost.child}' is not connected to the base '{root}'")
     _check_connected(joints, placements, root, path)
     return placements
+
+
+def _lock(joint: FileJoint) -> str:
+    return f"hold it: locked = {{ {joint.name} = 0.0 }} in [robot], or Adaptation(locked=...)"
 
 
 def _check_connected(joints: list[FileJoint], placements: dict[str, _Placement], root: str, path: Path) -> None:
@@ -208,19 +238,6 @@ def _merge(file: FileRobot, placements: Mapping[str, _Placement], carriers: list
     return tuple(merged)
 
 
-def _check_links(links: tuple[Link, ...], path: Path) -> None:
-    for index, link in enumerate(links):
-        if link.mass <= 0.0:
-            reason = "; is this a fixed-base robot?" if index == 0 else ""
-            raise InputError(f"{path.name}: the moving link '{link.name}' has no mass ({link.mass:g} kg){reason}")
-        smallest = float(np.linalg.eigvalsh(link.inertia)[0])
-        if smallest <= 0.0:
-            raise InputError(
-                f"{path.name}: the inertia of link '{link.name}' is not positive definite "
-                f"(smallest principal moment {smallest:.3g} kg m^2)"
-            )
-
-
 def _moving_joint(joint: FileJoint, index: int, on: _Placement) -> Joint:
     return Joint(
         name=joint.name,
@@ -233,10 +250,12 @@ def _moving_joint(joint: FileJoint, index: int, on: _Placement) -> Joint:
         upper=joint.upper if joint.kind == "revolute" else np.inf,
         effort=joint.effort,
         velocity=joint.velocity,
+        rotor_inertia=joint.rotor_inertia,
+        damping=joint.damping,
     )
 
 
-def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Placement]) -> Foot:
+def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Placement], offset: Vector) -> Foot:
     """Place a foot; a joint's frame is that of the link it carries."""
     links = [link.name for link in file.links]
     child_of = {joint.name: joint.child for joint in file.joints}
@@ -244,7 +263,7 @@ def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Pla
     if link is None or link not in placements:
         raise UnknownNameError(f"link or joint for foot '{label}'", frame, (*links, *child_of))
     at = placements[link]
-    return Foot(label, frame, at.carrier, frozen(at.translation))
+    return Foot(label, frame, at.carrier, frozen(at.translation + at.rotation @ offset))
 
 
 def _check_distinct(feet: tuple[Foot, ...], links: tuple[Link, ...], path: Path) -> None:

@@ -1,12 +1,9 @@
-"""The left-right mirror of a robot: a signed permutation of coordinates, found from geometry and then verified.
-
-A nearly symmetric robot is made exactly symmetric here, so that half a gait determines the other half.
-"""
+"""The left-right mirror of a robot: a signed permutation of coordinates, found from geometry and then verified."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -16,15 +13,17 @@ from numpy.typing import NDArray
 from amble.errors import InputError
 from amble.robot.dynamics import mass_matrix, potential_energy
 from amble.robot.kinematics import foot_position, link_pose
-from amble.types import Matrix, Vector, frozen
+from amble.types import Vector, frozen
 
 if TYPE_CHECKING:
     from amble.robot.model import Robot
-    from amble.robot.parts import Link
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])
 BASE_SIGNS = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)
 """The mirror flips y, roll and yaw."""
+
+LARGEST_MENDED = 0.5
+"""Relative deviation from which a robot is rather mounted or labelled wrongly than badly symmetric."""
 
 POSES = 5
 """Random poses at which a mirror is verified, besides the zero pose."""
@@ -96,16 +95,15 @@ class AsymmetryError(InputError):
     Attributes:
         asymmetry: the largest relative deviation.
         what: what deviates.
-        geometry: whether that is the place of a foot, which averaging inertias does not mend.
     """
 
     def __init__(self, robot: Robot, asymmetry: float, what: str) -> None:
-        self.asymmetry, self.what, self.geometry = asymmetry, what, "position" in what
+        self.asymmetry, self.what = asymmetry, what
         remedy = (
-            "only a larger symmetry_tolerance accepts that"
-            if self.geometry
-            else "symmetrize averages left and right inertias: symmetrize = true in [robot], --symmetrize, or "
+            "symmetrize averages left and right: symmetrize = true in [robot], --symmetrize, or "
             "amble.symmetrized(robot)"
+            if asymmetry < LARGEST_MENDED
+            else "are the twins named right, and does the base have x forward and z up (base_rotation in [robot])?"
         )
         super().__init__(
             f"robot '{robot.name}' is not left-right symmetric: {what} deviates by {asymmetry:.2g} of its size, "
@@ -217,42 +215,3 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
 
 def _array(values: ca.DM) -> Vector:
     return np.asarray(values).ravel()
-
-
-def symmetrized(robot: Robot) -> Robot:
-    """Return the robot with every link's mass, centre and inertia averaged with its twin's mirror image.
-
-    Real models differ by a part in a thousand from left to right. Geometry is left as it is: where joints or feet are
-    not symmetric, ``Robot.mirror`` of the result still says so.
-
-    Raises:
-        InputError: where feet have no twins, or joints do not pair.
-    """
-    partner = partners(robot)
-    twin = [0, *(partner[j] + 1 for j in range(len(robot.joints)))]
-    poses = [_zero_pose(robot, link) for link in range(len(robot.links))]
-    links = tuple(
-        _mean(link, _reflected(robot.links[twin[i]], poses[twin[i]], poses[i])) for i, link in enumerate(robot.links)
-    )
-    return replace(robot, links=links)
-
-
-def _zero_pose(robot: Robot, link: int) -> tuple[Matrix, Vector]:
-    rotation, origin = link_pose(robot, link, np.zeros(robot.size))
-    return np.asarray(rotation), np.asarray(origin).ravel()
-
-
-def _reflected(link: Link, of: tuple[Matrix, Vector], into: tuple[Matrix, Vector]) -> Link:
-    """Mirror a link at the zero pose and express it in its twin's frame."""
-    turn = into[0].T @ REFLECTION @ of[0]
-    center = turn @ link.center + into[0].T @ (REFLECTION @ of[1] - into[1])
-    return replace(link, center=frozen(center), inertia=frozen(turn @ link.inertia @ turn.T))
-
-
-def _mean(link: Link, image: Link) -> Link:
-    return replace(
-        link,
-        mass=(link.mass + image.mass) / 2.0,
-        center=frozen((link.center + image.center) / 2.0),
-        inertia=frozen((link.inertia + image.inertia) / 2.0),
-    )

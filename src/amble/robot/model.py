@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,16 +12,13 @@ import numpy as np
 
 from amble.errors import UnknownNameError
 from amble.names import LONGEST_FILE, check_distinct, check_name
-from amble.robot.parts import BASE_COORDINATES, Foot, Joint, Link, check_bounded
+from amble.robot.parts import BASE_COORDINATES, DRIVE, Foot, Joint, Link, Payload, check_bounded
 from amble.types import Json, Matrix
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from amble.robot.mirror import Mirror
-
-NO_OVERLAYS: Mapping[str, Mapping[str, float]] = {"locked_joints": {}, "rotors": {}, "payload": {}}
-"""What later releases lay over the robot of a URDF; part of its hash, and nothing today."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -39,7 +36,9 @@ class Robot:
         gravity: m/s^2, along -z of the world.
         twins: pairs of feet that mirror each other left to right.
         symmetry_tolerance: largest relative asymmetry under which ``mirror`` accepts the robot.
-        unused: a sentence for everything that its file says of the motion and that is not used, such as damping.
+        unused: a sentence for everything that its file says of the motion and that is not used.
+        locked_joints: joints of the file that are held at an angle, rad, or a place, m; they are no joints here.
+        payload: what is carried.
     """
 
     name: str
@@ -51,6 +50,8 @@ class Robot:
     twins: tuple[tuple[str, str], ...] = ()
     symmetry_tolerance: float = 1e-9
     unused: tuple[str, ...] = ()
+    locked_joints: Mapping[str, float] = field(default_factory=dict)
+    payload: Payload | None = None
 
     def __post_init__(self) -> None:
         """Check the names: each is one, no two of a kind agree, and twins are feet; and the size of gravity.
@@ -194,7 +195,23 @@ def _content(robot: Robot) -> Json:
         "gravity": repr(float(robot.gravity)),
         "twins": [list(pair) for pair in robot.twins],
         "symmetry_tolerance": repr(float(robot.symmetry_tolerance)),
-        "overlays": NO_OVERLAYS,
+        "overlays": _overlays(robot),
+    }
+
+
+def _overlays(robot: Robot) -> Json:
+    """What is laid over links and joints; empty places where nothing is, so that such a robot keeps its hash."""
+    carried = robot.payload
+    return {
+        "locked_joints": {name: repr(float(value)) for name, value in robot.locked_joints.items()},
+        "rotors": {
+            joint.name: [repr(float(getattr(joint, what))) for what in DRIVE]
+            for joint in robot.joints
+            if not joint.driven_freely
+        },
+        "payload": {}
+        if carried is None
+        else {"mass": repr(float(carried.mass)), "position": _exact(carried.position), "link": carried.link},
     }
 
 

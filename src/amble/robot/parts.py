@@ -35,6 +35,10 @@ def check_bounded(what: str, *values: float | Matrix) -> None:
             )
 
 
+DRIVE = ("rotor_inertia", "damping", "dry_friction", "friction_width")
+"""What a joint has between its torque and its motion: attributes of ``Joint``."""
+
+
 @dataclass(frozen=True)
 class Link:
     """A rigid body, fixed links merged into it.
@@ -72,6 +76,10 @@ class Joint:
         upper: largest angle, rad; infinity where the file gives none.
         effort: largest |torque|, N m; infinity where the file gives none.
         velocity: largest |rate|, rad/s; infinity where the file gives none.
+        rotor_inertia: of the motor's rotor as the joint feels it, gear ratio squared times its own, kg m^2.
+        damping: torque against the rate, by the rate, N m s/rad.
+        dry_friction: torque against the motion, N m; smooth: times tanh(rate / friction_width).
+        friction_width: rate, rad/s; positive where there is dry friction, zero where there is none.
     """
 
     name: str
@@ -84,6 +92,10 @@ class Joint:
     upper: float
     effort: float
     velocity: float
+    rotor_inertia: float = 0.0
+    damping: float = 0.0
+    dry_friction: float = 0.0
+    friction_width: float = 0.0
 
     def __post_init__(self) -> None:
         """Check name and numbers: a joint is a coordinate, beside those of the base and the derivatives of all."""
@@ -91,6 +103,17 @@ class Joint:
         if self.name in BASE_COORDINATES or self.name.startswith((RATE, ACCELERATION)):
             raise InputError(f"a joint is called '{self.name}', which is the name of another coordinate or derivative")
         check_bounded(f"joint '{self.name}'", self.rotation, self.translation, self.axis)
+        for what in DRIVE:
+            value = getattr(self, what)
+            if not 0.0 <= value <= LARGEST_NUMBER:
+                raise InputError(f"the {what} of joint '{self.name}' is {value:g}; it is finite and not negative")
+        if (self.dry_friction > 0.0) != (self.friction_width > 0.0):
+            raise InputError(f"joint '{self.name}' needs both dry_friction and friction_width, or neither")
+
+    @property
+    def driven_freely(self) -> bool:
+        """Whether neither rotor, damping nor friction stands between torque and motion."""
+        return not any(getattr(self, what) for what in DRIVE)
 
 
 @dataclass(frozen=True)
@@ -114,3 +137,23 @@ class Foot:
         check_name("foot", self.name)
         check_name("foot's frame", self.frame)
         check_bounded(f"foot '{self.name}'", self.offset)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Payload:
+    """A point mass that a link carries; it is part of that link's inertia, this is the record of it.
+
+    Attributes:
+        mass: kg.
+        position: in the frame of the link of the file, (3,), m.
+        link: name of that link.
+    """
+
+    mass: float
+    position: Vector
+    link: str
+
+    def __post_init__(self) -> None:
+        """Check name and numbers."""
+        check_name("payload's link", self.link)
+        check_bounded("payload", self.mass, self.position)

@@ -44,7 +44,7 @@ def physical_rows(robot: Robot, mirrored: bool) -> tuple[Residual, ...]:
         rows += _link_rows(link)
     rows += [Residual(f"frame of joint '{joint.name}'", 0.0, _frame_error(joint), ROUNDING) for joint in robot.joints]
     rows.append(
-        Residual("smallest eigenvalue of the scaled mass matrix", SMALLEST_SHARE, _smallest_share(robot), np.inf)
+        Residual("smallest eigenvalue of the scaled mass matrix", SMALLEST_SHARE, smallest_share(robot), np.inf)
     )
     if mirrored:
         rows.append(Residual("left-right asymmetry of the robot", 0.0, robot.mirror.asymmetry, LARGEST_ASYMMETRY))
@@ -70,8 +70,8 @@ def _frame_error(joint: Joint) -> float:
     return max(turn, handed, abs(float(np.linalg.norm(joint.axis)) - 1.0))
 
 
-def _smallest_share(robot: Robot) -> float:
-    """Smallest eigenvalue over the poses of D scaled to a unit diagonal; NaN where that is impossible."""
+def smallest_share(robot: Robot) -> float:
+    """Return the smallest eigenvalue over the poses of D scaled to a unit diagonal; NaN where that is impossible."""
     drawn = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, robot.size))
     drawn[:, :6] = 0.0  # D does not depend on the position; Euler angles, not the robot, degrade it with orientation
     shares = [_share(robot, pose) for pose in (np.zeros(robot.size), *drawn)]
@@ -125,6 +125,8 @@ def _inertias(robot: Robot) -> list[str]:
     most = reach(robot)
     found = []
     for link in robot.links:
+        if not (link.mass > 0.0 and np.any(link.inertia)):
+            continue  # the cross between two joints: its mass matrix was looked at when it was loaded
         radius = float(np.sqrt(max(np.linalg.eigvalsh(link.inertia)[-1], 0.0) / link.mass))
         if radius > most:
             found.append(

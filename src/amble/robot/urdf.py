@@ -9,6 +9,7 @@ from __future__ import annotations
 import codecs
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -46,7 +47,10 @@ class FileLink:
 
 @dataclass(frozen=True, kw_only=True)
 class FileJoint:
-    """A joint as written; limits that the file does not give are infinite."""
+    """A joint as written; limits that the file does not give are infinite.
+
+    A joint that mimics another follows it: angle = factor * its angle + offset, with ``mimic`` (factor, offset).
+    """
 
     name: str
     kind: str
@@ -60,6 +64,10 @@ class FileJoint:
     effort: float
     velocity: float
     mimics: str | None
+    mimic: tuple[float, float] = (1.0, 0.0)
+    rotor_inertia: float = 0.0
+    damping: float = 0.0
+    dry_friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -80,7 +88,8 @@ def read_urdf(path: Path) -> FileRobot:
     """
     root = _parse(path)
     links = tuple(_link(element, path) for element in root.findall("link"))
-    joints = tuple(_joint(element, path) for element in root.findall("joint"))
+    rotors = _rotors(root, path)
+    joints = tuple(_joint(element, path, rotors) for element in root.findall("joint"))
     return FileRobot(root.get("name") or path.stem, links, joints, _unused(root, path))
 
 
@@ -127,7 +136,7 @@ def _decoded(content: bytes, name: str) -> str:
     return re.sub(r"[^\n]", " ", text[:end]) + text[end:]
 
 
-READ = ("link", "joint", "material")
+READ = ("link", "joint", "material", "transmission")
 """Elements of a robot that are read, or that are looks."""
 
 
@@ -135,21 +144,41 @@ def _unused(root: ElementTree.Element, path: Path) -> tuple[str, ...]:
     """Say what the file states about the motion that amble does not use."""
     notes: list[str] = []
     for joint in root.findall("joint"):
-        name = joint.get("name")
-        where = f"{path.name}: joint '{name}'"
-        said = {} if (dynamics := joint.find("dynamics")) is None else dynamics.attrib
-        for key in ("damping", "friction"):
-            size = _number(said.get(key, "0"), f"{where}, {key}")
-            if size != 0.0:
-                notes.append(f"joint '{name}' has {key} {size:g}, which is not used: a joint moves by its torque alone")
         notes += [
-            f"joint '{name}' has a '{tag}', which is not used"
+            f"joint '{joint.get('name')}' has a '{tag}', which is not used"
             for tag in ("safety_controller", "calibration")
             if joint.find(tag) is not None
         ]
+    plain = [element for element in root.findall("transmission") if not _reflected(element, path)]
+    if plain:
+        notes.append(f"elements 'transmission' without motorInertia ({len(plain)}) are not used")
     others = [str(element.tag) for element in root if element.tag not in READ and isinstance(element.tag, str)]
     notes += [f"elements '{shown(tag)}' ({others.count(tag)}) are not used" for tag in dict.fromkeys(others)]
     return tuple(notes)
+
+
+def _rotors(root: ElementTree.Element, path: Path) -> dict[str, float]:
+    """Return joint -> rotor inertia as the joint feels it, kg m^2, of the transmissions that state it."""
+    found: dict[str, float] = {}
+    for transmission in root.findall("transmission"):
+        for name, inertia in _reflected(transmission, path).items():
+            found[name] = found.get(name, 0.0) + inertia
+    return found
+
+
+def _reflected(transmission: ElementTree.Element, path: Path) -> dict[str, float]:
+    """Joint -> N^2 I of a transmission with one motor: mechanicalReduction N, motorInertia I."""
+    joints = [joint.get("name") for joint in transmission.findall("joint")]
+    inertias, ratios = (
+        [
+            _number(found.text or "", f"{path.name}: transmission '{transmission.get('name')}', {tag}")
+            for found in transmission.iter(tag)
+        ]
+        for tag in ("motorInertia", "mechanicalReduction")
+    )
+    if len(joints) != 1 or joints[0] is None or len(inertias) != 1 or not inertias[0]:
+        return {}
+    return {joints[0]: (ratios[0] if ratios else 1.0) ** 2 * inertias[0]}
 
 
 def _link(element: ElementTree.Element, path: Path) -> FileLink:
@@ -173,7 +202,7 @@ def _link(element: ElementTree.Element, path: Path) -> FileLink:
     return FileLink(name, value, center, frozen(rotation @ tensor @ rotation.T))
 
 
-def _joint(element: ElementTree.Element, path: Path) -> FileJoint:
+def _joint(element: ElementTree.Element, path: Path, rotors: Mapping[str, float]) -> FileJoint:
     name = _attribute(element, "name", f"{path.name}: a joint")
     check_name(f"joint of {path.name}", name)
     where = f"{path.name}: joint '{name}'"
@@ -181,6 +210,8 @@ def _joint(element: ElementTree.Element, path: Path) -> FileJoint:
     rotation, translation = _origin(element, where)
     limit, mimic = element.find("limit"), element.find("mimic")
     given = {} if limit is None else limit.attrib
+    drive = {} if (dynamics := element.find("dynamics")) is None else dynamics.attrib
+    follows = {} if mimic is None else mimic.attrib
     bounds = [
         _number(given[key], f"{where}, limit {key}", infinite=True) if key in given else default
         for key, default in (("lower", -math.inf), ("upper", math.inf), ("effort", math.inf), ("velocity", math.inf))
@@ -201,6 +232,13 @@ def _joint(element: ElementTree.Element, path: Path) -> FileJoint:
         effort=effort,
         velocity=velocity,
         mimics=None if mimic is None else _attribute(mimic, "joint", where),
+        mimic=(
+            _number(follows.get("multiplier", "1"), f"{where}, mimic multiplier"),
+            _number(follows.get("offset", "0"), f"{where}, mimic offset"),
+        ),
+        rotor_inertia=rotors.get(name, 0.0),
+        damping=_number(drive.get("damping", "0"), f"{where}, damping"),
+        dry_friction=_number(drive.get("friction", "0"), f"{where}, friction"),
     )
 
 

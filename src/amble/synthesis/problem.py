@@ -97,28 +97,32 @@ def _known(kind: str, names: Iterable[str], known: Sequence[str]) -> None:
             raise UnknownNameError(kind, name, known)
 
 
-def on_symmetric(robot: Robot, build: Callable[[Robot], GaitPattern], symmetrize: bool | None = None) -> GaitPattern:
+def on_symmetric(
+    robot: Robot, build: Callable[[Robot], GaitPattern], symmetrize: bool | float | None = None
+) -> GaitPattern:
     """Build the pattern of a robot; where its mirror needs that, of the robot with left and right averaged.
 
     Args:
         robot: the robot.
         build: the pattern of a robot.
-        symmetrize: whether left and right are averaged; by default only where the gait is mirrored and the robot
-            deviates by more than its tolerance and at most ``LARGEST_AVERAGED``, with a notice.
+        symmetrize: whether left and right are averaged; a number averages them only where the gait is mirrored and the
+            robot deviates by more than its tolerance and at most so much, with a notice. By default the number is
+            ``LARGEST_AVERAGED``.
 
     Raises:
         AsymmetryError: the robot is not as symmetric as the gait.
         InputError: what ``build`` raises.
     """
-    if symmetrize:
+    if symmetrize is True:
         return build(symmetrized(robot))
+    most = LARGEST_AVERAGED if symmetrize is None else float(symmetrize)
     try:
         return build(robot)
     except AsymmetryError as error:
-        if symmetrize is not None or error.geometry or error.asymmetry > LARGEST_AVERAGED:
+        if error.asymmetry > most:
             raise
         logger.warning(
-            "%s: %s differs by %.2g of its size from left to right; left and right inertias are averaged",
+            "%s: %s differs by %.2g of its size from left to right; left and right are averaged",
             printable(robot.name),
             error.what,
             error.asymmetry,

@@ -41,12 +41,18 @@ Force = Annotated[float, BeforeValidator(_parser("force"))]
 Torque = Annotated[float, BeforeValidator(_parser("torque"))]
 PositionGain = Annotated[float, BeforeValidator(_parser("position gain"))]
 VelocityGain = Annotated[float, BeforeValidator(_parser("velocity gain"))]
+Mass = Annotated[float, BeforeValidator(_parser("mass"))]
+Inertia = Annotated[float, BeforeValidator(_parser("inertia"))]
+Damping = Annotated[float, BeforeValidator(_parser("damping"))]
+JointValue = Annotated[float, BeforeValidator(_parser("angle or length"))]
 Ratio = Annotated[float, BeforeValidator(_parser("ratio"))]
 
 TimeRange = Annotated[list[Time], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
 SpeedRange = Annotated[list[Speed], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
 LengthRange = Annotated[list[Length], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
 AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+Point = Annotated[list[Length], Field(min_length=3, max_length=3)]
+Angles = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
 
 
@@ -56,11 +62,20 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
+class PayloadSection(Section):
+    """A point mass that a link of the file carries, at a position in that link's frame; by default the base."""
+
+    mass: Mass
+    position: Point = [0.0, 0.0, 0.0]
+    link: str | None = None
+
+
 class RobotSection(Section):
     """A robot of the catalogue by ``name``, or a ``file`` (relative to the specification) with its ``feet``.
 
-    The suffix of a file's name tells its format where ``format`` does not. ``symmetrize`` averages left and right
-    inertias; where nothing is said, up to a stated asymmetry and with a notice.
+    The suffix of a file's name tells its format where ``format`` does not. ``symmetrize`` averages left and right; a
+    number does so for a mirrored gait, up to that asymmetry and with a notice. The keys after it adapt the robot of the
+    file (``amble.Adaptation``); one rotor inertia, damping or dry friction holds for all joints that are not named.
     """
 
     name: str | None = None
@@ -69,8 +84,22 @@ class RobotSection(Section):
     feet: dict[str, str] | None = None
     gravity: Acceleration = 9.81
     twins: list[Pair] | None = None
-    symmetrize: bool | None = None
+    symmetrize: bool | Annotated[float, BeforeValidator(_parser("ratio")), Field(ge=0.0)] | None = None
     symmetry_tolerance: Ratio = Field(default=1e-9, ge=0.0)
+    locked: dict[str, JointValue] = {}
+    base: str | None = None
+    base_rotation: Angles = [0.0, 0.0, 0.0]
+    foot_offsets: dict[str, Point] = {}
+    foot_radius: Length = 0.0
+    payload: PayloadSection | None = None
+    file_drives: bool = True
+    rotor_inertia: Inertia | None = None
+    rotor_inertias: dict[str, Inertia] = {}
+    damping: Damping | None = None
+    dampings: dict[str, Damping] = {}
+    dry_friction: Torque | None = None
+    dry_frictions: dict[str, Torque] = {}
+    friction_width: AngularSpeed | None = None
 
 
 class FootfallSection(Section):

@@ -16,10 +16,12 @@ from amble.gait.cost import COSTS
 from amble.gait.limits import Interval
 from amble.hybrid import CONTACTS, GROUNDS, Contact, Footfall, GaitPattern, Ground, gait_pattern, stance_table
 from amble.hybrid.gaits import GAITS
-from amble.robot import Robot, catalogue, load_robot
+from amble.robot import Adaptation, Payload, Robot, catalogue, load_robot
+from amble.robot.adaptation import BASE
 from amble.robot.catalogue import Posture
 from amble.robot.proposal import nominal_posture
 from amble.synthesis.problem import GaitProblem, default_limits, on_symmetric
+from amble.types import frozen
 
 if TYPE_CHECKING:
     from amble.synthesis.specification import (
@@ -45,7 +47,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         UnknownNameError: a robot, gait, foot, joint, domain, phase or law that does not exist.
         InputError: something is missing for a robot outside the catalogue, or does not fit together.
     """
-    robot = _robot(specification.robot, Path(folder))
+    robot = robot_of(specification.robot, Path(folder))
     contact = CONTACTS.build(specification.contact.name, specification.contact.parameters)
     ground = _ground(specification.ground)
     pattern = on_symmetric(
@@ -68,14 +70,21 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     )
 
 
-def _robot(section: RobotSection, folder: Path) -> Robot:
+OF_FILES = {"format", "feet", "gravity", "twins", "symmetrize", "symmetry_tolerance"}
+"""Keys of [robot] that the catalogue has its own answer to."""
+
+
+def robot_of(section: RobotSection, folder: Path) -> Robot:
+    """Load the robot of a section, left and right as they are; errors as in ``problem_of``."""
     if (section.name is None) == (section.file is None):
         raise InputError("[robot] needs either the name of a robot of the catalogue or a file")
     if section.name is not None:
-        given = sorted(section.model_fields_set - {"name"})
+        given = sorted(
+            section.model_fields_set & {"format", "feet", "gravity", "twins", "symmetrize", "symmetry_tolerance"}
+        )
         if given:
             raise InputError(f"[robot] of the catalogue takes no {', '.join(given)}")
-        return catalogue.load(section.name)
+        return catalogue.load(section.name, _adaptation(section))
     if not section.feet:
         raise InputError("[robot] with a file needs feet: labels and the links or joints they stand for")
     twins = None if section.twins is None else [(left, right) for left, right in section.twins]
@@ -86,6 +95,31 @@ def _robot(section: RobotSection, folder: Path) -> Robot:
         twins=twins,
         symmetry_tolerance=section.symmetry_tolerance,
         format=section.format,
+        adaptation=_adaptation(section),
+    )
+
+
+def _adaptation(section: RobotSection) -> Adaptation:
+    payload = section.payload
+
+    def by_joint(common: float | None, named: Mapping[str, float]) -> Mapping[str, float]:
+        return named if common is None else {"*": common, **named}
+
+    x, y, z = section.base_rotation
+    return Adaptation(
+        locked=section.locked,
+        base=section.base,
+        base_rotation=(x, y, z),
+        foot_offsets={label: frozen(offset) for label, offset in section.foot_offsets.items()},
+        foot_radius=section.foot_radius,
+        payload=None
+        if payload is None
+        else Payload(mass=payload.mass, position=frozen(payload.position), link=payload.link or BASE),
+        rotor_inertia=by_joint(section.rotor_inertia, section.rotor_inertias),
+        damping=by_joint(section.damping, section.dampings),
+        dry_friction=by_joint(section.dry_friction, section.dry_frictions),
+        friction_width=section.friction_width,
+        file_drives=section.file_drives,
     )
 
 

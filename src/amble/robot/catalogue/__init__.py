@@ -1,6 +1,7 @@
 """Robots that ship with the package; one file a machine, with its models."""
 
 from amble.errors import UnknownNameError
+from amble.robot.adaptation import AS_WRITTEN, Adaptation
 from amble.robot.catalogue.astro import ENTRIES as _ENTRIES
 from amble.robot.catalogue.astro import astro, astro_cad
 from amble.robot.catalogue.record import Entry, GaitBounds, Posture
@@ -23,9 +24,9 @@ def entry(name: str) -> Entry:
     return _ENTRIES[name]
 
 
-def load(name: str) -> Robot:
-    """Return a robot of the catalogue by name."""
-    return entry(name).load()
+def load(name: str, adaptation: Adaptation = AS_WRITTEN) -> Robot:
+    """Return a robot of the catalogue by name, with what is different from its file."""
+    return entry(name).load(adaptation)
 
 
 def holds(robot: Robot) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from importlib import resources
 from math import radians
 
+from amble.robot.adaptation import AS_WRITTEN, Adaptation
 from amble.robot.catalogue.record import Entry, GaitBounds, Interval, Posture
 from amble.robot.loading import load_robot
 from amble.robot.model import Robot
@@ -59,20 +60,20 @@ AUTHORS_BOUNDS = GaitBounds(
 along z ends at 0, where a foot grazes the ground; here it ends at 0.02 sqrt(g l)."""
 
 
-def load_leg_model(name: str) -> Robot:
+def load_leg_model(name: str, adaptation: Adaptation) -> Robot:
     """Load one of the two models of ASTRo that ship with the package."""
     with resources.as_file(resources.files("amble.robot.catalogue") / f"{name}.urdf") as path:
-        return load_robot(path, {leg: f"{leg}_foot" for leg in LEGS}, name=name)
+        return load_robot(path, {leg: f"{leg}_foot" for leg in LEGS}, name=name, adaptation=adaptation)
 
 
-def astro() -> Robot:
+def astro(adaptation: Adaptation = AS_WRITTEN) -> Robot:
     """Return ASTRo as its builders simulated it: every centre of mass at its link's joint frame."""
-    return load_leg_model("astro")
+    return load_leg_model("astro", adaptation)
 
 
-def astro_cad() -> Robot:
+def astro_cad(adaptation: Adaptation = AS_WRITTEN) -> Robot:
     """Return ASTRo with the inertias and centres of mass of its CAD model; geometry, masses and limits are the same."""
-    return load_leg_model("astro_cad")
+    return load_leg_model("astro_cad", adaptation)
 
 
 ENTRIES = {"astro": Entry(astro, POSTURE, AUTHORS_BOUNDS), "astro_cad": Entry(astro_cad, POSTURE, AUTHORS_BOUNDS)}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from amble.robot.adaptation import Adaptation
 from amble.robot.model import Robot
 from amble.types import Vector
 
@@ -55,6 +56,6 @@ class GaitBounds:
 class Entry:
     """One robot of the catalogue: how to load it, how it stands, and the bounds of its builders' gait."""
 
-    load: Callable[[], Robot]
+    load: Callable[[Adaptation], Robot]
     posture: Posture
     bounds: GaitBounds
