@@ -13,6 +13,7 @@ from amble.robot import Adaptation, Payload, Robot, dynamics, kinematics, load_r
 from amble.robot.files import ROBOT
 from amble.robot.proposal import standing_posture
 from amble.robot.rotation import rotation_of_rpy
+from amble.robot.sole import lowered
 from amble.synthesis.specification import specification_of
 from amble.synthesis.specified import robot_of
 from amble.types import frozen
@@ -208,7 +209,7 @@ def test_feet_have_an_offset_and_a_radius(tmp_path: Path) -> None:
     moved = adapted(write(tmp_path), foot_offsets={"fl": frozen([0.01, 0.0, -0.02])})
     np.testing.assert_allclose(moved.foot("fl").offset, [0.01, 0.0, -0.22], atol=1e-16)
     np.testing.assert_array_equal(moved.foot("fr").offset, plain.foot("fr").offset)
-    round_feet = adapted(write(tmp_path), foot_radius=0.025)
+    round_feet = lowered(plain, 0.025)
     q = standing_posture(plain).coordinates(plain)
     for foot in FEET:
         np.testing.assert_allclose(
@@ -219,7 +220,7 @@ def test_feet_have_an_offset_and_a_radius(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError, match=r"foot .*'paw'"):
         adapted(write(tmp_path), foot_offsets={"paw": frozen(np.zeros(3))})
     with pytest.raises(InputError, match="foot_radius is 3 m"):
-        adapted(write(tmp_path), foot_radius=3.0)
+        lowered(plain, 3.0)
 
 
 @pytest.mark.parametrize("abad", ["", inertial(0.5, "0 0.02 0", "0 0 0"), inertial(0.5, "0 0 0", "0 0 -2.4e-35")])

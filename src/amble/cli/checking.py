@@ -47,13 +47,21 @@ def check(
 def read(path: Path, robot: Path | None) -> Gait:
     """Read a gait; where a URDF is given, it must describe the robot that the gait was made for."""
     from amble.gait.files import load_gait
-    from amble.robot import load_robot
+    from amble.robot import Adaptation, load_robot
 
     gait = load_gait(path)
     if robot is None:
         return gait
     made_for = gait.robot
-    # what a URDF does not say is the gait's
+    # what a URDF does not say, and what was laid over it, is the gait's
+    laid = Adaptation(
+        locked=made_for.locked_joints,
+        payload=made_for.payload,
+        rotor_inertia={joint.name: joint.rotor_inertia for joint in made_for.joints},
+        damping={joint.name: joint.damping for joint in made_for.joints},
+        dry_friction={joint.name: joint.dry_friction for joint in made_for.joints},
+        friction_width=max((joint.friction_width for joint in made_for.joints), default=0.0) or None,
+    )
     described = load_robot(
         robot,
         feet={foot.name: foot.frame for foot in made_for.feet},
@@ -61,6 +69,7 @@ def read(path: Path, robot: Path | None) -> Gait:
         name=robot.stem,
         twins=made_for.twins,
         symmetry_tolerance=made_for.symmetry_tolerance,
+        adaptation=laid,
     )
     averaged = _averaged(described)  # a gait may be that of the file's robot with left and right averaged
     return load_gait(path, averaged if averaged == made_for else described)

@@ -36,7 +36,6 @@ class Adaptation:
         base_rotation: orientation of the base that amble walks with (x forward, z up) in that link: roll, pitch, yaw
             as in a URDF, rad.
         foot_offsets: foot -> its point in the frame that it names, (3,), m.
-        foot_radius: how far the point foot lies below that, where the robot stands by default, m.
         payload: a point mass that a link carries; ``base`` is the robot's base where no link has that name.
         rotor_inertia: joint -> inertia of its rotor as the joint feels it, kg m^2; this and the next two take the place
             of what the file says, and the name ``*`` stands for all joints that are not named.
@@ -51,7 +50,6 @@ class Adaptation:
     base: str | None = None
     base_rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     foot_offsets: Mapping[str, Vector] = field(default_factory=dict)
-    foot_radius: float = 0.0
     payload: Payload | None = None
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
     damping: Mapping[str, float] = field(default_factory=dict)

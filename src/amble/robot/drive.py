@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from math import sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from amble.errors import InputError
-from amble.robot.model import Robot
+
+if TYPE_CHECKING:
+    from amble.robot.model import Robot
 
 FRICTION_WIDTH = 0.05
 """Rate over which dry friction changes its sign, in sqrt(g / l), l the leg length: 0.25 rad/s of a leg of 0.4 m."""

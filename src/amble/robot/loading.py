@@ -17,7 +17,6 @@ from amble.robot.model import Robot
 from amble.robot.parts import Foot, Joint, Link
 from amble.robot.readers import FileJoint, FileLink, FileRobot, read_robot
 from amble.robot.rotation import skew, snap
-from amble.robot.sole import lowered
 from amble.types import Matrix, Vector, frozen
 
 logger = logging.getLogger("amble")
@@ -102,8 +101,7 @@ def load_robot(
     )
     check_inertias(robot, path.name)
     rubbing = {own.name: own.dry_friction for own in joints if own.dry_friction}
-    robot = with_friction(robot, rubbing, adaptation.friction_width) if rubbing else robot
-    return lowered(robot, adaptation.foot_radius) if adaptation.foot_radius else robot
+    return with_friction(robot, rubbing, adaptation.friction_width) if rubbing else robot
 
 
 def carried_frames(path: Path) -> dict[str, tuple[int, Vector]]:

@@ -9,6 +9,7 @@ import numpy as np
 from amble.errors import InputError
 from amble.robot.kinematics import link_pose
 from amble.robot.model import Robot
+from amble.robot.proposal import standing_posture
 from amble.types import frozen
 
 
@@ -24,8 +25,6 @@ def lowered(robot: Robot, radius: float) -> Robot:
     Raises:
         InputError: the radius is not positive, or no posture is known (``standing_posture``).
     """
-    from amble.robot.proposal import standing_posture
-
     if not 0.0 < radius < robot.leg_length:
         raise InputError(f"the foot_radius is {radius:g} m; it must be positive and less than a leg")
     q = standing_posture(robot).coordinates(robot)

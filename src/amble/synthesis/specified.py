@@ -20,6 +20,7 @@ from amble.robot import Adaptation, Payload, Robot, catalogue, load_robot
 from amble.robot.adaptation import BASE
 from amble.robot.catalogue import Posture
 from amble.robot.proposal import nominal_posture
+from amble.robot.sole import lowered
 from amble.synthesis.problem import GaitProblem, default_limits, on_symmetric
 from amble.types import frozen
 
@@ -70,7 +71,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     )
 
 
-OF_FILES = {"format", "feet", "gravity", "twins", "symmetrize", "symmetry_tolerance"}
+OF_FILES = {"format", "feet", "gravity", "twins", "symmetrize", "symmetry_tolerance", "foot_radius"}
 """Keys of [robot] that the catalogue has its own answer to."""
 
 
@@ -79,16 +80,14 @@ def robot_of(section: RobotSection, folder: Path) -> Robot:
     if (section.name is None) == (section.file is None):
         raise InputError("[robot] needs either the name of a robot of the catalogue or a file")
     if section.name is not None:
-        given = sorted(
-            section.model_fields_set & {"format", "feet", "gravity", "twins", "symmetrize", "symmetry_tolerance"}
-        )
+        given = sorted(section.model_fields_set & OF_FILES)
         if given:
             raise InputError(f"[robot] of the catalogue takes no {', '.join(given)}")
         return catalogue.load(section.name, _adaptation(section))
     if not section.feet:
         raise InputError("[robot] with a file needs feet: labels and the links or joints they stand for")
     twins = None if section.twins is None else [(left, right) for left, right in section.twins]
-    return load_robot(
+    robot = load_robot(
         folder / str(section.file),
         section.feet,
         section.gravity,
@@ -97,6 +96,7 @@ def robot_of(section: RobotSection, folder: Path) -> Robot:
         format=section.format,
         adaptation=_adaptation(section),
     )
+    return lowered(robot, section.foot_radius) if section.foot_radius else robot
 
 
 def _adaptation(section: RobotSection) -> Adaptation:
@@ -111,7 +111,6 @@ def _adaptation(section: RobotSection) -> Adaptation:
         base=section.base,
         base_rotation=(x, y, z),
         foot_offsets={label: frozen(offset) for label, offset in section.foot_offsets.items()},
-        foot_radius=section.foot_radius,
         payload=None
         if payload is None
         else Payload(mass=payload.mass, position=frozen(payload.position), link=payload.link or BASE),
