@@ -23,6 +23,18 @@ _DATA = Path(__file__).parents[1] / "tests" / "data"
 SOUND = {name: _DATA / f"{name}.json" for name in ("biped-of-small-basin", "stabilised-amble")}
 """Stabilised gaits that are certified: of a biped, in 2.5 s, and of ASTRo, in 8 s."""
 
+SOLVED = SolverReport(
+    solver="ipopt",
+    status="Solve_Succeeded",
+    iterations=39,
+    seconds=5.6,
+    variables=4,
+    constraints=3,
+    violation=1.2e-9,
+    objective=61.25,
+)
+"""What a solver may have said of a gait that none has found."""
+
 LAWS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("pinv", {}),
     ("weighted", {"weights": {"l_knee": 2.0}}),
@@ -51,19 +63,10 @@ def small(number: int) -> str:
             law=law_from(law, parameters),
             speed=0.2,
             gains=(100.0, 20.0),
-            limits=_limits(pattern),
-            domains=tuple(_domain(random, pattern, place, outputs) for place in range(len(pattern.solved))),
-            solver=SolverReport(
-                solver="ipopt",
-                status="Solve_Succeeded",
-                iterations=39,
-                seconds=5.6,
-                variables=4,
-                constraints=3,
-                violation=1.2e-9,
-                objective=61.25,
-            ),
-            feedback=_feedback(random, pattern, outputs) if number % 2 else None,
+            limits=loose_limits(pattern),
+            domains=tuple(drawn_domain(random, pattern, place, outputs) for place in range(len(pattern.solved))),
+            solver=SOLVED,
+            feedback=drawn_feedback(random, pattern, outputs) if number % 2 else None,
             versions={"amble": "0.1.0", "casadi": "3.8.2"},
             multipliers=LagrangeMultipliers(frozen(random.normal(size=4)), frozen(random.normal(size=3)))
             if number % 4 == 0
@@ -76,7 +79,10 @@ def _written(gait: Gait) -> str:
     return json.dumps({"format": FORMAT, "format_version": FORMAT_VERSION, **to_dict(gait)})
 
 
-def _domain(random: np.random.Generator, pattern: GaitPattern, place: int, outputs: Outputs) -> DomainTrajectory:
+def drawn_domain(
+    random: np.random.Generator, pattern: GaitPattern, place: int, outputs: Outputs, nodes: int = NODES
+) -> DomainTrajectory:
+    """Draw the trajectory of a solved domain: every shape, no motion."""
     switch, stance, robot = pattern.switches[place], pattern.solved[place], pattern.robot
     duration = float(random.uniform(0.1, 0.3))
 
@@ -87,17 +93,18 @@ def _domain(random: np.random.Generator, pattern: GaitPattern, place: int, outpu
         name=stance.name,
         duration=duration,
         coefficients=drawn(len(outputs.of(stance.name).coordinates), outputs.order + 1),
-        times=frozen(np.linspace(0.0, duration, NODES)),
-        positions=drawn(NODES, robot.size),
-        velocities=drawn(NODES, robot.size),
-        accelerations=drawn(NODES, robot.size),
-        torques=drawn(NODES, len(robot.joints)),
-        forces=frozen(50.0 + 10.0 * random.normal(size=(NODES, pattern.contacts(stance).size))),
+        times=frozen(np.linspace(0.0, duration, nodes)),
+        positions=drawn(nodes, robot.size),
+        velocities=drawn(nodes, robot.size),
+        accelerations=drawn(nodes, robot.size),
+        torques=drawn(nodes, len(robot.joints)),
+        forces=frozen(50.0 + 10.0 * random.normal(size=(nodes, pattern.contacts(stance).size))),
         impulse=drawn(pattern.contacts(switch.target).size if switch.landing else 0),
     )
 
 
-def _limits(pattern: GaitPattern) -> Limits:
+def loose_limits(pattern: GaitPattern) -> Limits:
+    """Limits of a gait that need not keep them."""
     joints = pattern.robot.joint_names
     return Limits(
         durations={stance.name: (0.01, 0.5) for stance in pattern.solved},
@@ -111,7 +118,8 @@ def _limits(pattern: GaitPattern) -> Limits:
     )
 
 
-def _feedback(random: np.random.Generator, pattern: GaitPattern, outputs: Outputs) -> Feedback:
+def drawn_feedback(random: np.random.Generator, pattern: GaitPattern, outputs: Outputs) -> Feedback:
+    """Draw the feedback of a stabilised gait."""
     names = [stance.name for stance in pattern.solved]
     observed = 3 + len(pattern.robot.joints)
     return Feedback(

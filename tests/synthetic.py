@@ -12,10 +12,11 @@ import numpy as np
 from amble.analysis import Comparison, LawMetrics, Motion, torque_metrics
 from amble.control import AllocationLaw, PseudoInverse, joint_outputs
 from amble.control.actuator import Actuator
-from amble.gait import DomainTrajectory, Gait, Limits, SolverReport
+from amble.gait import DomainTrajectory, Gait, Limits
 from amble.hybrid import GaitPattern, gait_pattern
 from amble.robot import Robot, catalogue
 from amble.simulation import Trace
+from fuzz.gait_bases import SOLVED
 
 DURATIONS = (0.15, 0.05)
 PERIOD = 2.0 * sum(DURATIONS)
@@ -133,16 +134,7 @@ def synthetic_gait(nodes: int = 31) -> Gait:
         gains=(100.0, 20.0),
         limits=synthetic_limits(),
         domains=tuple(domains),
-        solver=SolverReport(
-            solver="ipopt",
-            status="Solve_Succeeded",
-            iterations=39,
-            seconds=5.6,
-            variables=4588,
-            constraints=4523,
-            violation=1e-9,
-            objective=62.9,
-        ),
+        solver=SOLVED,
         feedback=None,
         versions={"amble": "0.1.0"},
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from amble.cli.options import is_robot
 from amble.gait.files import load_gait
+from amble.robot.readers import READERS
+from amble.robot.urdf import read_urdf
 from tests.cli.run import exit_code
 from tests.robots import path as urdf
 
@@ -112,3 +116,15 @@ def test_options_that_do_not_fit_exit_2(
 ) -> None:
     assert exit_code("synthesize", *arguments) == 2
     assert says in capsys.readouterr().err
+
+
+def test_a_robot_is_told_from_a_specification_by_the_formats_that_are_registered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A robot of a plug-in's format was read as a specification, which it is not."""
+    monkeypatch.setattr(READERS, "_entries", {**READERS._entries, "legs": read_urdf})
+    shutil.copy(urdf("go2"), tmp_path / "go2.legs")
+    assert exit_code("synthesize", str(tmp_path / "go2.legs")) == 2
+    assert "needs also --feet (by position these may be fl=FL_foot" in capsys.readouterr().err
+    assert [is_robot(word) for word in ("a.XML", "a.urdf", "astro")] == [True] * 3
+    assert [is_robot(word) for word in ("a.toml", "a.txt")] == [False] * 2

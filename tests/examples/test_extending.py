@@ -71,7 +71,7 @@ def test_the_new_contact_moves_as_dense_equations_say(ground: Plane | SineGround
     """Its row is the angular velocity about the normal: Jacobian, bias by differences, dynamics and impact by numpy."""
     of = robot("astro")
     contacts = Contacts(of, ("rl", "fr"), TORSIONAL, ground)
-    assert (contacts.size, contacts.free_directions) == (8, 2)
+    assert (contacts.size, contacts.internal_force_count) == (8, 2)
     assert contacts.labels[3::4] == ("rl twist", "fr twist")
     q, v, u = ca.SX.sym("q", of.size), ca.SX.sym("v", of.size), ca.SX.sym("u", 12)
     motion = constrained_dynamics(contacts, q, v)

@@ -129,7 +129,7 @@ def test_internal_forces_of_five_and_six_feet(feet: tuple[str, ...]) -> None:
     of = hexapod()
     contacts = Contacts(of, tuple(foot for foot in of.foot_names if foot in feet))
     free = 3 * len(feet) - 6
-    assert contacts.free_directions == free
+    assert contacts.internal_force_count == free
     q, v = ca.SX.sym("q", of.size), ca.SX.sym("v", of.size)
     motion, (N, W) = constrained_dynamics(contacts, q, v), contacts.torque_null_space(q)
     parts = [motion.input_map, motion.force_map, N, W]
@@ -146,7 +146,7 @@ def test_internal_forces_of_five_and_six_feet(feet: tuple[str, ...]) -> None:
 def test_the_closed_loop_of_a_hexapod_moves_as_numpy_says(feet: tuple[str, ...]) -> None:
     of = hexapod()
     contacts = Contacts(of, tuple(foot for foot in of.foot_names if foot in feet))
-    outputs = len(of.joints) - contacts.free_directions
+    outputs = len(of.joints) - contacts.internal_force_count
     q, v, t = ca.SX.sym("q", of.size), ca.SX.sym("v", of.size), ca.SX.sym("t")
     constraints = VirtualConstraints.symbols(outputs, of.size - 3, 4)
     stance = Stance("S", contacts.feet)

@@ -8,6 +8,8 @@ import pytest
 
 from amble.errors import InputError
 from amble.robot.proposal import proposed_feet
+from amble.robot.readers import READERS
+from amble.robot.urdf import read_urdf
 from amble.synthesis.specification import read_specification
 from amble.synthesis.specified import problem_of
 from amble.workflow.proposal import described, written
@@ -33,6 +35,15 @@ def test_the_written_specification_poses_the_same_problem(name: str, gait: str, 
 @pytest.mark.parametrize("name", _FILES)
 def test_feet_are_proposed_by_position(name: str) -> None:
     assert proposed_feet(path(name)) == _FILES[name].feet
+
+
+def test_the_file_is_read_once(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """Twice, a file that was written in between gave frames of another robot; and what it says was logged too."""
+    read: list[Path] = []
+    monkeypatch.setitem(READERS._entries, "urdf", lambda file: (read.append(file), read_urdf(file))[1])
+    proposed_feet(path("go2"))
+    assert read == [path("go2")]
+    assert not caplog.records
 
 
 def test_two_legs_are_left_and_right() -> None:

@@ -35,10 +35,14 @@ LAW_HELP = "Allocation law: pinv, drop, ... or with parameters, such as power:ac
 
 
 def is_robot(argument: str) -> bool:
-    """Whether an argument is a robot, not a specification: a name of the catalogue or a URDF file."""
-    from amble.robot import catalogue
+    """Whether an argument is a robot: a name of the catalogue, or a file of a robot format that is not TOML.
 
-    return argument in catalogue.names() or Path(argument).suffix.lower() in (".urdf", ".xml")
+    A specification is TOML; a robot of a TOML format that a plug-in reads is named inside one.
+    """
+    from amble.robot import catalogue
+    from amble.robot.readers import format_of
+
+    return argument in catalogue.names() or format_of(Path(argument)) not in (None, "toml")
 
 
 def specification(

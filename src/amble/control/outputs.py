@@ -74,11 +74,11 @@ def actuated_freedoms(contacts: Contacts) -> int:
     Raises:
         InputError: there are as many internal forces as joints, or more, so that nothing is left to control.
     """
-    left = len(contacts.robot.joints) - contacts.free_directions
+    left = len(contacts.robot.joints) - contacts.internal_force_count
     if left <= 0:
         raise InputError(
-            f"a stance on {', '.join(contacts.feet)} has {contacts.free_directions} directions of internal force, but "
-            f"robot '{contacts.robot.name}' only {len(contacts.robot.joints)} joints: no motion is left to control"
+            f"a stance on {', '.join(contacts.feet)} has {contacts.internal_force_count} directions of internal force, "
+            f"but robot '{contacts.robot.name}' only {len(contacts.robot.joints)} joints: no motion is left to control"
         )
     return left
 

@@ -41,15 +41,15 @@ QUANTITIES: Mapping[str, str] = {"normal force": "N", "friction": "1", "height":
 def point_forces(feet: Sequence[ca.SX]) -> ca.SX:
     """Return W (3 n_c, k) for up to four point feet: k = 0, 0, 1, 3, 6.
 
-    Two and three feet: squeezes [e; -e] along the lines between the feet. Four feet: the squeezes of the first
+    Two and three feet: internal forces [e; -e] along the lines between the feet. Four feet: those of the first
     three, and for each axis a unit force at the fourth foot with the smallest forces of the first three that balance
-    it; the six squeezes alone would lose one direction where four feet lie on a plane. The feet must not coincide,
+    it; the six along lines alone would lose one direction where four feet lie on a plane. The feet must not coincide,
     and three of them must not lie on a line.
 
     Args:
         feet: positions of the feet in the world frame, (3,) each, m.
     """
-    columns = [_squeeze(feet, a, b) for a, b in combinations(range(min(len(feet), 3)), 2)]
+    columns = [_line_force(feet, a, b) for a, b in combinations(range(min(len(feet), 3)), 2)]
     if len(feet) == 4:
         columns.append(_balance(feet))
     return ca.horzcat(*columns) if columns else ca.SX(3 * len(feet), 0)
@@ -84,7 +84,7 @@ def kernel_of_grasp(wrenches: Sequence[ca.SX], feet: Sequence[ca.SX], count: int
     return OrthogonalFactor.of(grasp).kernel
 
 
-def _squeeze(feet: Sequence[ca.SX], a: int, b: int) -> ca.SX:
+def _line_force(feet: Sequence[ca.SX], a: int, b: int) -> ca.SX:
     """Opposite forces of feet a and b along the line between them, proportional to its length."""
     column = ca.SX.zeros(3 * len(feet))
     line = feet[b] - feet[a]

@@ -105,9 +105,9 @@ class Contacts:
         return ca.vertcat(*[forces[self.slice(f)] if f in self.feet else zero for f in self.robot.foot_names])
 
     @property
-    def free_directions(self) -> int:
+    def internal_force_count(self) -> int:
         """Number k of independent internal forces: n_f less the rank of the grasp map, but at special postures."""
-        return _free_directions(self)
+        return _internal_force_count(self)
 
     def internal_forces(self, points: ca.SX) -> ca.SX:
         """Return W: a basis of the forces with zero net force and moment, (n_f, k), N.
@@ -115,10 +115,10 @@ class Contacts:
         Args:
             points: positions of the feet, (3 n_c,), m.
         """
-        if not self.free_directions:
+        if not self.internal_force_count:
             return ca.SX(self.size, 0)
         feet = [points[3 * i : 3 * i + 3] for i in range(len(self.feet))]
-        return self.contact.internal_forces(feet, self.frames(points), self.free_directions)
+        return self.contact.internal_forces(feet, self.frames(points), self.internal_force_count)
 
     def torque_null_space(self, q: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return the torques that cause no acceleration, (n_joints, k), and the internal forces that go with them.
@@ -132,7 +132,7 @@ class Contacts:
             N = -J_joints^T W, N m, and W of ``internal_forces``, (n_f, k), N.
         """
         joints = len(self.robot.joints)
-        if not self.free_directions:
+        if not self.internal_force_count:
             return ca.SX(joints, 0), ca.SX(self.size, 0)
         force_basis = self.internal_forces(self.points(q))
         return -self.jacobian(q)[:, self.robot.size - joints :].T @ force_basis, force_basis
@@ -151,7 +151,7 @@ class Contacts:
 
 
 @lru_cache(maxsize=256)
-def _free_directions(contacts: Contacts) -> int:
+def _internal_force_count(contacts: Contacts) -> int:
     if not contacts.feet:
         return 0
     q = np.random.default_rng(0).uniform(-1.0, 1.0, contacts.robot.size)

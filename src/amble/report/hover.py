@@ -107,6 +107,7 @@ def _panel(figure: Figure, axes: Axes, height: float) -> Json:
 
 
 def _colour(artist: Any) -> str:
+    require_matplotlib()
     from matplotlib.colors import to_hex
 
     colour = artist.get_color() if hasattr(artist, "get_color") else artist.get_edgecolor()[:1]

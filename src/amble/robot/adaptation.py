@@ -208,13 +208,13 @@ def _rooted(file: FileRobot, base: str, path: Path) -> FileRobot:
 
 def _reversed(joint: FileJoint) -> FileJoint:
     """The same fixed joint, from the child's side."""
-    turn = joint.rotation.T
+    rotation = joint.rotation.T
     return replace(
         joint,
         parent=joint.child,
         child=joint.parent,
-        rotation=frozen(turn),
-        translation=frozen(-turn @ joint.translation),
+        rotation=frozen(rotation),
+        translation=frozen(-rotation @ joint.translation),
     )
 
 
@@ -224,8 +224,8 @@ def _turned(file: FileRobot, angles: tuple[float, float, float]) -> FileRobot:
     roots = [link.name for link in file.links if link.name not in carried]
     name = _unused("base", [link.name for link in file.links])
     frame = FileLink(name, 0.0, frozen(np.zeros(3)), frozen(np.zeros((3, 3))))
-    turn = frozen(rotation_of_rpy(np.array(angles)).T)
-    joints = [replace(_fixed(f"{root} on {name}", name, root), rotation=turn) for root in roots[:1]]
+    rotation = frozen(rotation_of_rpy(np.array(angles)).T)
+    joints = [replace(_fixed(f"{root} on {name}", name, root), rotation=rotation) for root in roots[:1]]
     return replace(file, links=(frame, *file.links), joints=(*joints, *file.joints))
 
 

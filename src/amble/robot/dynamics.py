@@ -105,11 +105,11 @@ def _energy_and_momentum(robot: Robot) -> ca.Function:
 @lru_cache(maxsize=64)
 def _potential_energy(robot: Robot) -> ca.Function:
     def build(q: ca.SX) -> list[ca.SX]:
-        moments = [
+        first_moments = [
             link.mass * (origin + rotation @ constant(link.center))
             for link, (rotation, origin) in zip(robot.links, link_poses(robot, q), strict=True)
         ]
-        rise = base_rotation(q)[2, :] @ sum(moments, ca.SX(3, 1))
+        rise = base_rotation(q)[2, :] @ sum(first_moments, ca.SX(3, 1))
         return [robot.gravity * (robot.mass * q[2] + rise)]
 
     return _function("potential_energy", robot, "q", build)
@@ -133,12 +133,12 @@ def _enter(matrix: ca.SX, row: int, column: int, value: ca.SX) -> None:
 
 def _enter_base(matrix: ca.SX, q: ca.SX, body: Composite) -> None:
     """Enter the block of the six base coordinates."""
-    mass, moment, inertia = body
+    mass, first_moment, inertia = body
     axes = angle_axes(q)
     angular = inertia @ axes
     for i in range(3):
         matrix[i, i] = mass
-        force = base_rotation(q) @ cross(axes[:, i], moment)
+        force = base_rotation(q) @ cross(axes[:, i], first_moment)
         for k in range(3):
             _enter(matrix, k, 3 + i, force[k])
         for k in range(i + 1):
@@ -147,16 +147,16 @@ def _enter_base(matrix: ca.SX, q: ca.SX, body: Composite) -> None:
 
 def _enter_joint(matrix: ca.SX, robot: Robot, q: ca.SX, frames: Frames, j: int, body: Composite) -> None:
     """Enter the row of a joint: the wrench that accelerates it, seen by every joint below and by the base."""
-    _, first, inertia = body
+    _, first_moment, inertia = body
     axis = constant(robot.joints[j].axis)
-    force, moment = cross(axis, first), inertia @ axis
+    force, moment = cross(axis, first_moment), inertia @ axis
     _enter(matrix, 6 + j, 6 + j, ca.dot(axis, moment))
     for below in reversed(robot.chain(robot.joints[j].child)):
         if below != j:
             _enter(matrix, 6 + j, 6 + below, ca.dot(constant(robot.joints[below].axis), moment))
-        arm, turn = frames.translations[below], frames.rotations[below]
-        force = turn @ force
-        moment = turn @ moment + cross(arm, force)
+        arm, rotation = frames.translations[below], frames.rotations[below]
+        force = rotation @ force
+        moment = rotation @ moment + cross(arm, force)
     force, moment = base_rotation(q) @ force, angle_axes(q).T @ moment
     for k in range(3):
         _enter(matrix, 6 + j, k, force[k])
@@ -169,24 +169,24 @@ def _composites(robot: Robot, frames: Frames) -> list[Composite]:
         (b.mass, ca.SX(constant(b.first_moment)), ca.SX(constant(b.inertia))) for b in base_inertial_parameters(robot)
     ]
     for j in reversed(robot.ordered_joints):
-        joint, turn, arm = robot.joints[j], frames.rotations[j], frames.translations[j]
-        mass, moment, inertia = bodies[joint.child]
-        mass_on, moment_on, inertia_on = bodies[joint.parent]
-        turned = turn @ moment
-        shifted = _rotated(turn, inertia) + _parallel_axes(mass, turned, arm)
-        bodies[joint.parent] = (mass_on + mass, moment_on + turned + mass * arm, inertia_on + shifted)
+        joint, rotation, arm = robot.joints[j], frames.rotations[j], frames.translations[j]
+        mass, first_moment, inertia = bodies[joint.child]
+        mass_on, first_moment_on, inertia_on = bodies[joint.parent]
+        rotated = rotation @ first_moment
+        shifted = _rotated(rotation, inertia) + _parallel_axes(mass, rotated, arm)
+        bodies[joint.parent] = (mass_on + mass, first_moment_on + rotated + mass * arm, inertia_on + shifted)
     return bodies
 
 
-def _rotated(turn: ca.SX, inertia: ca.SX) -> ca.SX:
+def _rotated(rotation: ca.SX, inertia: ca.SX) -> ca.SX:
     """Return R I R', of which only one triangle is computed."""
-    half = turn @ inertia
-    return _symmetric({(i, j): ca.dot(half[i, :], turn[j, :]) for i in range(3) for j in range(i, 3)})
+    half = rotation @ inertia
+    return _symmetric({(i, j): ca.dot(half[i, :], rotation[j, :]) for i in range(3) for j in range(i, 3)})
 
 
-def _parallel_axes(mass: float, moment: ca.SX, arm: ca.DM) -> ca.SX:
+def _parallel_axes(mass: float, first_moment: ca.SX, arm: ca.DM) -> ca.SX:
     """What an inertia about one origin gains about another: (2 p.c + m p.p) I - (p c' + c p' + m p p')."""
-    mixed = moment + 0.5 * mass * arm
+    mixed = first_moment + 0.5 * mass * arm
     diagonal = 2 * ca.dot(arm, mixed)
     upper = {}
     for i in range(3):

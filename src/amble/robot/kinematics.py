@@ -40,8 +40,8 @@ def link_poses(robot: Robot, q: Any) -> list[tuple[Any, Any]]:
     for j in robot.ordered_joints:
         joint = robot.joints[j]
         rotation, origin = poses[joint.parent]
-        turned = constant(joint.rotation) @ rotation_about(joint.axis, q[6 + j])
-        poses[joint.child] = (rotation @ turned, origin + rotation @ constant(joint.translation))
+        frame = constant(joint.rotation) @ rotation_about(joint.axis, q[6 + j])
+        poses[joint.child] = (rotation @ frame, origin + rotation @ constant(joint.translation))
     return poses
 
 
@@ -115,8 +115,8 @@ def _foot_jacobian(robot: Robot, foot: str) -> ca.Function:
     jacobian[:, 5] = cross(rotation @ constant(Z), world_arm)
     poses, record = link_poses(robot, q), robot.foot(foot)
     for j in robot.chain(record.link):
-        turned, origin = poses[j + 1]
-        axis = turned @ constant(robot.joints[j].axis)
+        link_rotation, origin = poses[j + 1]
+        axis = link_rotation @ constant(robot.joints[j].axis)
         jacobian[:, 6 + j] = rotation @ cross(axis, arm - origin)
     return ca.Function("foot_jacobian", [q], [ca.sparsify(jacobian)])
 
@@ -142,24 +142,24 @@ def _foot_bias(robot: Robot, foot: str) -> ca.Function:
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
     record, poses = robot.foot(foot), link_poses(robot, q)
     axes = angle_axes(q)
-    spin = axes @ v[3:6]
+    angular_velocity = axes @ v[3:6]
     # rates of the axes' directions: d(E)/dt (roll', pitch', yaw') by the chain of three joints
-    turn = ca.jtimes(axes @ v[3:6], q[4:6], v[4:6])
+    angular_acceleration = ca.jtimes(axes @ v[3:6], q[4:6], v[4:6])
     acceleration, parent = ca.SX(3, 1), ca.SX(3, 1)
     for j in robot.chain(record.link):
         rotation, origin = poses[j + 1]
-        acceleration += _bias_of_arm(spin, turn, origin - parent)
+        acceleration += _bias_of_arm(angular_velocity, angular_acceleration, origin - parent)
         axis = rotation @ constant(robot.joints[j].axis)
-        turn = turn + cross(spin, axis) * v[6 + j]
-        spin = spin + axis * v[6 + j]
+        angular_acceleration = angular_acceleration + cross(angular_velocity, axis) * v[6 + j]
+        angular_velocity = angular_velocity + axis * v[6 + j]
         parent = origin
-    acceleration += _bias_of_arm(spin, turn, _in_base(robot, foot, q) - parent)
+    acceleration += _bias_of_arm(angular_velocity, angular_acceleration, _in_base(robot, foot, q) - parent)
     return ca.Function("foot_bias", [q, v], [ca.densify(base_rotation(q) @ acceleration)])
 
 
-def _bias_of_arm(spin: ca.SX, turn: ca.SX, arm: ca.SX) -> ca.SX:
+def _bias_of_arm(angular_velocity: ca.SX, angular_acceleration: ca.SX, arm: ca.SX) -> ca.SX:
     """Acceleration of the tip of a rigid arm relative to its root."""
-    return cross(turn, arm) + cross(spin, cross(spin, arm))
+    return cross(angular_acceleration, arm) + cross(angular_velocity, cross(angular_velocity, arm))
 
 
 def _in_base(robot: Robot, foot: str, q: ca.SX) -> ca.SX:

@@ -70,7 +70,27 @@ def load_robot(
     path = Path(path)
     if not np.isfinite(gravity):
         raise InputError(f"gravity is {gravity}, not a finite number")
-    file = adapted(read_robot(path, format), adaptation, path)
+    file = read_robot(path, format)
+    robot = robot_from(file, path, feet, gravity, name, twins, symmetry_tolerance, adaptation)
+    if robot.unused:
+        logger.warning(
+            "%s: %d things are not used (Robot.unused): %s", path.name, len(robot.unused), _few(robot.unused)
+        )
+    return robot
+
+
+def robot_from(
+    file: FileRobot,
+    path: Path,
+    feet: Mapping[str, str],
+    gravity: float = 9.81,
+    name: str | None = None,
+    twins: Iterable[tuple[str, str]] | None = None,
+    symmetry_tolerance: float = 1e-9,
+    adaptation: Adaptation = AS_WRITTEN,
+) -> Robot:
+    """Make a robot of a file that was read; arguments and errors are those of ``load_robot``, and nothing is logged."""
+    file = adapted(file, adaptation, path)
     root, joints, placements = _tree(file, path)
     links = _merge(file, placements, [root, *(joint.child for joint in joints)])
     if not joints:
@@ -84,8 +104,6 @@ def load_robot(
         _foot(label, frame, file, placements, offsets.get(label, np.zeros(3))) for label, frame in feet.items()
     )
     _check_distinct(point_feet, links, path)
-    if file.unused:
-        logger.warning("%s: %d things are not used (Robot.unused): %s", path.name, len(file.unused), _few(file.unused))
     robot = Robot(
         name=file.name if name is None else name,
         source=path.name,
@@ -104,9 +122,9 @@ def load_robot(
     return with_friction(robot, rubbing, adaptation.friction_width) if rubbing else robot
 
 
-def carried_frames(path: Path) -> dict[str, tuple[int, Vector]]:
+def carried_frames(file: FileRobot, path: Path) -> dict[str, tuple[int, Vector]]:
     """Return link of the file -> the moving link that carries it, and its origin there, m; errors as ``load_robot``."""
-    file = adapted(read_robot(path), AS_WRITTEN, path)
+    file = adapted(file, AS_WRITTEN, path)
     _, _, placements = _tree(file, path)
     return {name: (at.carrier, at.translation) for name, at in placements.items()}
 

@@ -33,7 +33,7 @@ Wrench = tuple[ca.SX, ca.SX]
 
 @dataclass(frozen=True)
 class Body:
-    """Regrouped parameters of a link.
+    """Base inertial parameters of a link.
 
     Attributes:
         mass: kg.
@@ -70,11 +70,11 @@ def _symmetric_part(body: Body, axis: Vector) -> Body:
 
 def _seen_from_parent(body: Body, joint: Joint) -> Body:
     """Express a body that is symmetric about the joint's axis in the parent's frame (parallel axes)."""
-    turn, arm = joint.rotation, joint.translation
-    moment = turn @ body.first_moment
-    shift = skew(arm) @ skew(moment)
-    inertia = turn @ body.inertia @ turn.T - shift - shift.T - body.mass * skew(arm) @ skew(arm)
-    return Body(body.mass, moment + body.mass * arm, inertia)
+    rotation, arm = joint.rotation, joint.translation
+    first_moment = rotation @ body.first_moment
+    shift = skew(arm) @ skew(first_moment)
+    inertia = rotation @ body.inertia @ rotation.T - shift - shift.T - body.mass * skew(arm) @ skew(arm)
+    return Body(body.mass, first_moment + body.mass * arm, inertia)
 
 
 def _sum(body: Body, other: Body, factor: float) -> Body:
@@ -89,8 +89,8 @@ def _sum(body: Body, other: Body, factor: float) -> Body:
 class Motion:
     """Angular velocity and acceleration of a link, linear velocity and acceleration of its origin, link axes."""
 
-    spin: ca.SX
-    turn: ca.SX
+    angular_velocity: ca.SX
+    angular_acceleration: ca.SX
     velocity: ca.SX
     acceleration: ca.SX
 
@@ -130,7 +130,7 @@ def energy_and_momentum(robot: Robot, q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX,
     motions = _motions(robot, frames, _base_motion(q, v, still, 0.0), v, still)
     parts = [_momentum(body, motion) for body, motion in zip(base_inertial_parameters(robot), motions, strict=True)]
     energy = sum(
-        0.5 * (ca.dot(linear, motion.velocity) + ca.dot(angular, motion.spin))
+        0.5 * (ca.dot(linear, motion.velocity) + ca.dot(angular, motion.angular_velocity))
         for (linear, angular), motion in zip(parts, motions, strict=True)
     )
     linear, angular = (base_rotation(q) @ part for part in _gather(robot, frames, parts)[0])
@@ -140,14 +140,14 @@ def energy_and_momentum(robot: Robot, q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX,
 def _base_motion(q: ca.SX, v: ca.SX, a: ca.SX, gravity: float) -> Motion:
     """Motion of the base in its own axes; gravity enters as an upward acceleration of the world."""
     rotation = base_rotation(q)
-    spin, turn = ca.SX(3, 1), ca.SX(3, 1)
+    velocity, acceleration = ca.SX(3, 1), ca.SX(3, 1)
     for index, axis in ((3, X), (4, Y), (5, Z)):
         step = rotation_about(axis, q[index]).T
-        spin, turn = step @ spin, step @ turn
-        turn = turn + cross(spin, constant(axis)) * v[index] + constant(axis) * a[index]
-        spin = spin + constant(axis) * v[index]
+        velocity, acceleration = step @ velocity, step @ acceleration
+        acceleration += cross(velocity, constant(axis)) * v[index] + constant(axis) * a[index]
+        velocity += constant(axis) * v[index]
     lift = ca.vertcat(a[0], a[1], a[2] + gravity)
-    return Motion(spin, turn, rotation.T @ v[:3], rotation.T @ lift)
+    return Motion(velocity, acceleration, rotation.T @ v[:3], rotation.T @ lift)
 
 
 def _motions(robot: Robot, frames: Frames, base: Motion, v: ca.SX, a: ca.SX) -> list[Motion]:
@@ -156,21 +156,21 @@ def _motions(robot: Robot, frames: Frames, base: Motion, v: ca.SX, a: ca.SX) -> 
     for j in robot.ordered_joints:
         joint, on = robot.joints[j], motions[robot.joints[j].parent]
         axis, step, arm = constant(joint.axis), frames.rotations[j].T, frames.translations[j]
-        carried = step @ on.spin
+        carried = step @ on.angular_velocity
         motions[joint.child] = Motion(
             carried + axis * v[6 + j],
-            step @ on.turn + axis * a[6 + j] + cross(carried, axis) * v[6 + j],
-            step @ (on.velocity + cross(on.spin, arm)),
+            step @ on.angular_acceleration + axis * a[6 + j] + cross(carried, axis) * v[6 + j],
+            step @ (on.velocity + cross(on.angular_velocity, arm)),
             step @ (on.acceleration + _swirl(on) @ arm),
         )
     return motions
 
 
 def _swirl(motion: Motion) -> ca.SX:
-    """Return [turn] + [spin][spin], which maps an arm to the acceleration of its tip relative to its root."""
-    x, y, z = ca.vertsplit(motion.spin)
+    """Return [w'] + [w][w] of the angular velocity w: from an arm to the acceleration of its tip beside its root."""
+    x, y, z = ca.vertsplit(motion.angular_velocity)
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
-    a, b, c = ca.vertsplit(motion.turn)
+    a, b, c = ca.vertsplit(motion.angular_acceleration)
     return ca.vertcat(
         ca.horzcat(-(yy + zz), xy - c, xz + b),
         ca.horzcat(xy + c, -(xx + zz), yz - a),
@@ -180,25 +180,26 @@ def _swirl(motion: Motion) -> ca.SX:
 
 def _inertial_wrench(body: Body, motion: Motion) -> Wrench:
     """Rate of momentum of a body (Newton, Euler), by which gravity is already an acceleration."""
-    moment, inertia = constant(body.first_moment), constant(body.inertia)
-    force = body.mass * motion.acceleration + _swirl(motion) @ moment
-    torque = inertia @ motion.turn + cross(motion.spin, inertia @ motion.spin) + cross(moment, motion.acceleration)
-    return force, torque
+    first_moment, inertia = constant(body.first_moment), constant(body.inertia)
+    spin, acceleration = motion.angular_velocity, motion.angular_acceleration
+    force = body.mass * motion.acceleration + _swirl(motion) @ first_moment
+    moment = inertia @ acceleration + cross(spin, inertia @ spin) + cross(first_moment, motion.acceleration)
+    return force, moment
 
 
 def _momentum(body: Body, motion: Motion) -> Wrench:
-    moment = constant(body.first_moment)
-    linear = body.mass * motion.velocity + cross(motion.spin, moment)
-    return linear, constant(body.inertia) @ motion.spin + cross(moment, motion.velocity)
+    first_moment = constant(body.first_moment)
+    linear = body.mass * motion.velocity + cross(motion.angular_velocity, first_moment)
+    return linear, constant(body.inertia) @ motion.angular_velocity + cross(first_moment, motion.velocity)
 
 
 def _gather(robot: Robot, frames: Frames, wrenches: list[Wrench]) -> list[Wrench]:
     """Sum every link's wrench with those of the links beyond it, inwards to the base."""
     total = list(wrenches)
     for j in reversed(robot.ordered_joints):
-        joint, turn, arm = robot.joints[j], frames.rotations[j], frames.translations[j]
+        joint, rotation, arm = robot.joints[j], frames.rotations[j], frames.translations[j]
         force, moment = total[joint.child]
         force_on, moment_on = total[joint.parent]
-        carried = turn @ force
-        total[joint.parent] = (force_on + carried, moment_on + turn @ moment + cross(arm, carried))
+        carried = rotation @ force
+        total[joint.parent] = (force_on + carried, moment_on + rotation @ moment + cross(arm, carried))
     return total

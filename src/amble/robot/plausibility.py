@@ -65,9 +65,9 @@ def _link_rows(link: Link) -> list[Residual]:
 
 def _frame_error(joint: Joint) -> float:
     """How far a joint's frame is from a rotation and its axis from a unit vector."""
-    turn = float(np.max(np.abs(joint.rotation.T @ joint.rotation - np.eye(3))))
+    skewed = float(np.max(np.abs(joint.rotation.T @ joint.rotation - np.eye(3))))
     handed = abs(float(np.linalg.det(joint.rotation)) - 1.0)
-    return max(turn, handed, abs(float(np.linalg.norm(joint.axis)) - 1.0))
+    return max(skewed, handed, abs(float(np.linalg.norm(joint.axis)) - 1.0))
 
 
 def smallest_share(robot: Robot) -> float:

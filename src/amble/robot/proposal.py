@@ -14,8 +14,9 @@ from amble.errors import InputError
 from amble.robot import catalogue
 from amble.robot.catalogue import Posture
 from amble.robot.kinematics import foot_position, link_pose
-from amble.robot.loading import carried_frames, load_robot
+from amble.robot.loading import carried_frames, robot_from
 from amble.robot.model import Robot
+from amble.robot.readers import read_robot
 from amble.types import Vector
 
 SHORTEST = 2
@@ -49,7 +50,8 @@ def proposed_feet(path: str | Path) -> dict[str, str]:
         InputError: the file cannot be used, or it has no two, four or six chains that could be legs.
     """
     path = Path(path)
-    robot, frames = load_robot(path, {}), carried_frames(path)
+    file = read_robot(path)
+    robot, frames = robot_from(file, path, {}), carried_frames(file, path)
     moved = {joint.parent for joint in robot.joints}
     ends = [link for link in range(1, len(robot.links)) if link not in moved and len(robot.chain(link)) >= SHORTEST]
     if len(ends) not in LABELS:

@@ -12,7 +12,7 @@ from amble.errors import InputError, shown
 from amble.io.registry import Lookup
 from amble.robot.urdf import FileJoint, FileLink, FileRobot, read_urdf
 
-__all__ = ["READERS", "FileJoint", "FileLink", "FileRobot", "read_robot"]
+__all__ = ["READERS", "FileJoint", "FileLink", "FileRobot", "format_of", "read_robot"]
 
 READERS: Lookup[Callable[[Path], FileRobot]] = Lookup("format of robot files")
 """The formats of robot files by the suffix of their names, without the dot."""
@@ -20,6 +20,14 @@ READERS: Lookup[Callable[[Path], FileRobot]] = Lookup("format of robot files")
 READERS.register("urdf", read_urdf)
 
 SHAPES = {"center": (3,), "inertia": (3, 3), "rotation": (3, 3), "translation": (3,), "axis": (3,)}
+
+
+def format_of(path: Path) -> str | None:
+    """Return the format that the suffix of a file's name says, URDF for ``.xml``; None where it says none."""
+    suffix = path.suffix.removeprefix(".").lower()
+    if suffix in READERS:
+        return suffix
+    return "urdf" if suffix == "xml" else None
 
 
 def read_robot(path: Path, format: str | None = None) -> FileRobot:
@@ -33,8 +41,7 @@ def read_robot(path: Path, format: str | None = None) -> FileRobot:
         UnknownNameError: there is no reader of that name.
         InputError: the reader refuses the file, or it holds no link, a name twice, or a number that is not finite.
     """
-    suffix = path.suffix.removeprefix(".").lower()
-    file = READERS[format or (suffix if suffix in READERS else "urdf")](path)
+    file = READERS[format or format_of(path) or "urdf"](path)
     for kind, names in (("link", [link.name for link in file.links]), ("joint", [joint.name for joint in file.joints])):
         twice = sorted(name for name, count in Counter(names).items() if count > 1)
         if twice:

@@ -16,8 +16,8 @@
 #define DENSE 7        /* coefficient vectors of the dense output */
 #define RESOLUTION 1e-10 /* s; of flow.py */
 #define MOST_STEPS 10000 /* kept in memory; MOST_STEPS of flow.py */
-#define LOOKS 4        /* at the guards in a panel; EVENT_SAMPLES of flow.py */
-#define FLAT 0.01      /* of the largest slope in a panel: the slope of a polynomial through the looks is no exact one */
+#define EVENT_SAMPLES 4        /* at the guards in a panel; EVENT_SAMPLES of flow.py */
+#define FLAT 0.01      /* of the largest slope in a panel: the slope of a polynomial through the samples is no exact one */
 #define HALVINGS 60    /* of an interval in search of an excursion: as many as golden sections to 1e-12 of it */
 
 enum { CROSSED = 0, TOO_LONG = 1, STUCK = 2, NO_MEMORY = 3, STEEP = 4 };
@@ -30,7 +30,7 @@ typedef struct {
 typedef struct {
     const Callee *field, *guards;
     const double *sign;  /* +1: the guard fires rising, -1: falling */
-    const double *first; /* clock of the first look at the guard, above 0 */
+    const double *first; /* clock of the first sample of the guard, above 0 */
     const double *steepest; /* bound on the guard's slope along a motion, infinite where none is known */
     const double *breakpoints; /* clocks at which a step has to end, ascending */
     int n, n_guards, n_breakpoints;
@@ -188,29 +188,29 @@ static double locate(const Problem *problem, const Path *path, int guard, double
     return b;
 }
 
-/* A guard in a panel: its looks, from..to evenly spaced, with their values (signed: it fires where it rises). */
+/* A guard in a panel: its samples, from..to evenly spaced, with their values (signed: it fires where it rises). */
 typedef struct {
-    double clock[LOOKS + 1], value[LOOKS + 1];
-    int guard, count; /* looks with numbers after the first */
-    int entry;        /* the first look is the guard's first at all */
+    double clock[EVENT_SAMPLES + 1], value[EVENT_SAMPLES + 1];
+    int guard, count; /* samples with numbers after the first */
+    int entry;        /* the first sample is the guard's first at all */
 } Panel;
 
-/* slopes at the looks of the polynomial through them, per panel */
+/* slopes at the samples of the polynomial through them, per panel */
 static void slopes_of(const double *value, double *slope) {
-    static const double d[LOOKS + 1][LOOKS + 1] = {
+    static const double d[EVENT_SAMPLES + 1][EVENT_SAMPLES + 1] = {
         {-25, 48, -36, 16, -3}, {-3, -10, 18, -6, 1}, {1, -8, 0, 8, -1}, {-1, 6, -18, 10, 3}, {3, -16, 36, -48, 25}};
-    for (int i = 0; i <= LOOKS; ++i) {
+    for (int i = 0; i <= EVENT_SAMPLES; ++i) {
         slope[i] = 0;
-        for (int j = 0; j <= LOOKS; ++j) slope[i] += d[i][j] * value[j] / 3.0;
+        for (int j = 0; j <= EVENT_SAMPLES; ++j) slope[i] += d[i][j] * value[j] / 3.0;
     }
 }
 
-/* whether a guard of one sign at looks i and i + 1 may come to zero between: it turns there, and it is no farther from
+/* whether a guard of one sign at samples i and i + 1 may come to zero between: it turns there, and it is no farther from
  * zero than it changes in the panel */
 static int turns(const Panel *panel, const double *slope, int i) {
     const double a = panel->value[i], b = panel->value[i + 1], sign = a < 0 ? -1 : 1;
     double least = panel->value[0], most = least, flat = 0;
-    for (int k = 0; k <= LOOKS; ++k) {
+    for (int k = 0; k <= EVENT_SAMPLES; ++k) {
         least = fmin(least, panel->value[k]), most = fmax(most, panel->value[k]);
         flat = fmax(flat, FLAT * fabs(slope[k]));
     }
@@ -245,7 +245,7 @@ static double excursion(const Problem *problem, const Path *path, const Panel *p
 }
 
 /* first crossing between a and b of a guard whose slope is bounded: what the bound does not rule out is halved, down to
- * the clock of a first look. INFINITY where there is none, not a number where the guard is steeper than its bound. */
+ * the clock of a first sample. INFINITY where there is none, not a number where the guard is steeper than its bound. */
 static double bounded(const Problem *problem, const Path *path, int guard, double a, double at_a, double b, double at_b,
                       double *work) {
     const double reach = problem->steepest[guard] * (b - a);
@@ -262,27 +262,27 @@ static double bounded(const Problem *problem, const Path *path, int guard, doubl
 static double crossing(const Problem *problem, const Path *path, const Panel *panel, double *work) {
     const double *clock = panel->clock, *value = panel->value;
     const int guard = panel->guard, known = isfinite(problem->steepest[guard]);
-    double slope[LOOKS + 1];
-    if (panel->count == LOOKS) slopes_of(value, slope);
+    double slope[EVENT_SAMPLES + 1];
+    if (panel->count == EVENT_SAMPLES) slopes_of(value, slope);
     for (int i = 0; i < panel->count; ++i) {
         double root = INFINITY;
         if (known)
             root = bounded(problem, path, guard, clock[i], value[i], clock[i + 1], value[i + 1], work);
         else if (value[i] < 0 && value[i + 1] >= 0)
             root = locate(problem, path, guard, clock[i], value[i], clock[i + 1], value[i + 1], work);
-        else if ((value[i] < 0) == (value[i + 1] < 0) && panel->count == LOOKS && turns(panel, slope, i))
+        else if ((value[i] < 0) == (value[i + 1] < 0) && panel->count == EVENT_SAMPLES && turns(panel, slope, i))
             root = excursion(problem, path, panel, i, work);
         if (root != INFINITY) return root;
     }
     return INFINITY;
 }
 
-/* look at the guards along the newest step, in panels of LOOKS at most max_step apart: the guard that crosses first,
+/* sample the guards along the newest step, in panels of EVENT_SAMPLES at most max_step apart: the guard that crosses first,
  * its clock in *when; NONE, NOT_A_NUMBER or STEEPER. A guard whose value is still unknown (NaN) is looked at first at
  * its own first clock. */
-static int look(const Problem *problem, const Path *path, double max_step, double *values, double *when, double *work) {
+static int first_event(const Problem *problem, const Path *path, double max_step, double *values, double *when, double *work) {
     const Span span = path->spans[path->count - 1];
-    const double panels = fmax(1.0, ceil(span.length / (LOOKS * max_step)));
+    const double panels = fmax(1.0, ceil(span.length / (EVENT_SAMPLES * max_step)));
     int fired = NONE;
     for (double number = 0; number < panels && fired == NONE; ++number) {
         const double from = span.start + span.length * number / panels;
@@ -295,14 +295,14 @@ static int look(const Problem *problem, const Path *path, double max_step, doubl
             panel.clock[0] = fmax(from, problem->first[guard]);
             panel.value[0] = panel.entry ? watch(problem, path, guard, panel.clock[0], work) : values[guard];
             if (isnan(panel.value[0])) return NOT_A_NUMBER;
-            for (int k = 1; k <= LOOKS; ++k) {
-                panel.clock[k] = k == LOOKS ? to : panel.clock[0] + (to - panel.clock[0]) * k / LOOKS;
+            for (int k = 1; k <= EVENT_SAMPLES; ++k) {
+                panel.clock[k] = k == EVENT_SAMPLES ? to : panel.clock[0] + (to - panel.clock[0]) * k / EVENT_SAMPLES;
                 panel.value[k] = watch(problem, path, guard, panel.clock[k], work);
                 if (isnan(panel.value[k])) break;
                 panel.count = k;
             }
-            if (panel.count < LOOKS) sound = fmin(sound, panel.clock[panel.count]);
-            values[guard] = panel.value[LOOKS];
+            if (panel.count < EVENT_SAMPLES) sound = fmin(sound, panel.clock[panel.count]);
+            values[guard] = panel.value[EVENT_SAMPLES];
             const double root = crossing(problem, path, &panel, work);
             if (isnan(root)) return STEEPER;
             if (root < *when) *when = root, fired = guard;
@@ -369,7 +369,7 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
             break;
         }
         double when;
-        *fired = look(problem, &path, max_step, values, &when, spare);
+        *fired = first_event(problem, &path, max_step, values, &when, spare);
         if (*fired != NONE) {
             status = *fired >= 0 ? CROSSED : *fired == STEEPER ? STEEP : STUCK;
             if (*fired >= 0) clock = when;

@@ -2,13 +2,13 @@
 
 Two ways compute it, by the same method and the same rule for guards: native code (``native``), and scipy where there
 is no C compiler (``interpreted``). The rule: a guard fires where it passes zero in its direction at a clock t with
-0 < t <= t_end. Guards are looked at on the dense output and located there; the first look is at ``RESOLUTION`` (or
+0 < t <= t_end. Guards are looked at on the dense output and located there; the first sample is at ``RESOLUTION`` (or
 ``Transition.dead_time``), so that a guard which is zero at the start, exactly or within roundoff, does not fire there.
 
-A guard that passes zero and returns between two looks shows only in its values around. So:
-- looks are at least four a step and at most ``max_step`` apart: no excursion that lasts longer is missed;
-- the slopes of the polynomial through five looks tell where the guard turns towards zero and back between two of them,
-  and the extreme there is searched for: an excursion of a guard that is smooth on the scale of its looks is found,
+A guard that passes zero and returns between two event samples shows only in its values around. So:
+- event samples are at least four a step and at most ``max_step`` apart: no excursion that lasts longer is missed;
+- the slopes of the polynomial through five samples tell where the guard turns towards zero and back between two,
+  and the extreme there is searched for: an excursion of a guard that is smooth on the scale of its samples is found,
   however short;
 - where the guard's slope is bounded (``Transition.slope_bound``), every interval in which the bound leaves room for a
   zero is halved until it does not: no excursion is missed, down to ``RESOLUTION``.
@@ -25,13 +25,13 @@ import casadi as ca
 from amble.types import NodeValues, Vector
 
 RESOLUTION = 1e-10
-"""Clock of the first look at the guards, and the accuracy to which events are located at least, s."""
+"""Clock of the first event sample, and the accuracy to which events are located at least, s."""
 
 EVENT_SAMPLES = 4
-"""How often a step looks at the guards at least."""
+"""The fewest event samples of a step."""
 
-LOOKS_IN_TIME_LIMIT = 1000
-"""Without a ``max_step``, looks are this share of the time limit apart, or closer."""
+EVENT_SAMPLES_IN_TIME_LIMIT = 1000
+"""Without a ``max_step``, event samples are this share of the time limit apart, or closer."""
 
 LEFT_DOMAIN = "fell"
 TOO_LONG = "reached no guard"
@@ -72,7 +72,7 @@ class Flow(Protocol):
             tolerance: relative and absolute.
             time_limit: s.
             samples: of the arc, evenly spaced in time.
-            max_step: the longest time between two looks at the guards, s.
+            max_step: the longest time between two event samples, s.
         """
 
 

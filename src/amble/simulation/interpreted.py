@@ -1,6 +1,6 @@
 """The flow through a domain where there is no C compiler: scipy's DOP853, and the watch on the guards along its steps.
 
-The rule for guards is that of native code: ``look`` of ``dormand_prince.c`` does the same.
+The rule for guards is that of native code: ``first_event`` of ``dormand_prince.c`` does the same.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from amble.simulation.flow import (
 from amble.types import Vector
 
 FLAT = 0.01
-"""Of the largest slope in a panel: the slope of a polynomial through the looks is no exact one."""
+"""Of the largest slope in a panel: the slope of a polynomial through the samples is no exact one."""
 
 HALVINGS = 60
 GOLDEN = 0.3819660112501051
@@ -39,7 +39,7 @@ SLOPES = (
     )
     / 3.0
 )
-"""Slopes at five evenly spaced looks, per panel, of the polynomial through them."""
+"""Slopes at five evenly spaced samples, per panel, of the polynomial through them."""
 
 Signed = Callable[[float], float]
 """The guard along the step, by its clock; it fires where it rises through zero."""
@@ -70,14 +70,14 @@ class _Panel:
     entry: bool
 
 
-def look(definition: FlowDefinition, piece: Any, max_step: float, values: Vector) -> tuple[int, float] | None:
-    """Look at the guards along a step, keeping their last values; returns the first crossing (guard, clock).
+def first_event(definition: FlowDefinition, piece: Any, max_step: float, values: Vector) -> tuple[int, float] | None:
+    """Sample the guards along a step, keeping their last values; returns the first crossing (guard, clock).
 
     Args:
         definition: of the flow.
         piece: dense output of the step.
-        max_step: the longest time between two looks, s.
-        values: of the guards at the end of the step before, NaN where a guard was not looked at yet; changed.
+        max_step: the longest time between two event samples, s.
+        values: of the guards at the end of the step before, NaN where a guard was not sampled yet; changed.
 
     Raises:
         FloatingPointError: a guard is not a number.
@@ -93,7 +93,7 @@ def look(definition: FlowDefinition, piece: Any, max_step: float, values: Vector
             if end <= first:
                 continue
             signed = _along(definition, item, piece)
-            panel = _looks(signed, max(begin, first), end, values[guard])
+            panel = _sampled(signed, max(begin, first), end, values[guard])
             values[guard] = panel.value[-1]
             if panel.clock.size <= EVENT_SAMPLES:
                 sound, values[guard] = min(sound, panel.clock[-1]), np.nan
@@ -112,7 +112,7 @@ def _along(definition: FlowDefinition, item: EventFunction, piece: Any) -> Signe
     return signed
 
 
-def _looks(signed: Signed, begin: float, end: float, known: float) -> _Panel:
+def _sampled(signed: Signed, begin: float, end: float, known: float) -> _Panel:
     """Look at a guard from begin to end, up to where it is a number."""
     entry = isnan(known)
     clocks = np.linspace(begin, end, EVENT_SAMPLES + 1)
@@ -145,7 +145,7 @@ def _crossing(signed: Signed, panel: _Panel, slope_bound: float) -> float:
 
 
 def _turns(panel: _Panel, slope: Vector, i: int) -> bool:
-    """Whether a guard of one sign at looks i and i + 1 may come to zero between.
+    """Whether a guard of one sign at samples i and i + 1 may come to zero between.
 
     It turns there, and it is no farther from zero than it changes in the panel. At the entry a guard may be zero and
     rest there: roundoff turns it.
@@ -244,7 +244,7 @@ class InterpretedFlow:
                 if stepper.status == "failed" or len(pieces) >= MOST_STEPS:
                     raise FloatingPointError
                 pieces.append(stepper.dense_output())
-                crossing = look(self.definition, pieces[-1], max_step, values)
+                crossing = first_event(self.definition, pieces[-1], max_step, values)
                 if crossing is not None:
                     return crossing
             clock, state = stepper.t, stepper.y

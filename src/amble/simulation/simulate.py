@@ -103,8 +103,8 @@ def simulate(
         control: of a gait, another feedback law than its own.
         loop: of a gait, what closes its loop; by default ``amble.closed_loop``, else such as ``amble.exported_loop``.
         progress: called after every cycle.
-        max_step: the longest time between two looks at the guards, s; a thousandth of ``time_limit`` by default. No
-            excursion of a guard that lasts longer is missed; of a guard that is smooth on the scale of the looks
+        max_step: the longest time between two event samples, s; a thousandth of ``time_limit`` by default. No
+            excursion of a guard that lasts longer is missed; of a guard that is smooth on the scale of the samples
             shorter ones are found too, and with ``Transition.slope_bound`` all.
 
     Raises:

@@ -12,7 +12,7 @@ from amble.errors import InputError
 from amble.hybrid import HybridSystem, Transition
 from amble.io.registry import Lookup
 from amble.progress import Progress, ProgressReport
-from amble.simulation.flow import LOOKS_IN_TIME_LIMIT, RESOLUTION, TOO_LONG, Arc, Flow
+from amble.simulation.flow import EVENT_SAMPLES_IN_TIME_LIMIT, RESOLUTION, TOO_LONG, Arc, Flow
 from amble.simulation.prepared import PreparedDomain, prepare, prepare_domain
 from amble.simulation.trace import COMPLETED, Event
 from amble.types import Vector, frozen
@@ -131,7 +131,7 @@ def walk(
     ``prepare`` gives the flow through a domain of a system by its name.
     """
     entry = np.array(start, dtype=np.float64).reshape(-1)
-    longest = longest_look(time_limit, max_step)
+    longest = longest_step(time_limit, max_step)
     _check(system, entry, cycles, tolerance, samples)
     arcs: list[DomainArc] = []
     events: list[Event] = []
@@ -196,8 +196,8 @@ ENGINES: Lookup[Engine] = Lookup("engine")
 ENGINES.register("native", walk)
 
 
-def longest_look(time_limit: float, max_step: float | None) -> float:
-    """Return the longest time between two looks at the guards, s.
+def longest_step(time_limit: float, max_step: float | None) -> float:
+    """Return the longest time between two event samples, s.
 
     Raises:
         InputError: the time limit or the longest step is no positive time.
@@ -205,7 +205,7 @@ def longest_look(time_limit: float, max_step: float | None) -> float:
     if not 0 < time_limit < np.inf:
         raise InputError(f"the time limit of a domain is a positive time, not {time_limit:g} s")
     if max_step is None:
-        return time_limit / LOOKS_IN_TIME_LIMIT
+        return time_limit / EVENT_SAMPLES_IN_TIME_LIMIT
     if not max_step >= RESOLUTION:
         raise InputError(f"max_step is a time of at least {RESOLUTION:g} s, not {max_step:g} s")
     return max_step

@@ -75,7 +75,7 @@ def certify(
             (``gait.limits.sensible_rows``).
         progress: called with what is being computed.
         cycles: of the orbit of a system; of one that closes after several cycles the map is that of all of them.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
 
     Raises:
         CertificateError: where the radius plus its error bar is not below 1, the two Jacobians disagree, the state is

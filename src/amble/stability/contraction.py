@@ -132,7 +132,7 @@ def leading_mode(
         spectrum: of the Poincare map there.
         cycles: of the orbit.
         time_limit: the longest that one domain may last, s.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
 
     Raises:
         FallError: the motion does not come back.

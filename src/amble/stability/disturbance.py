@@ -175,7 +175,7 @@ def disturb(
         spectrum: of the Poincare map there, radius below 1.
         progress: called with what is being walked.
         time_limit: the longest that one domain may last, s.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
     """
     tell = progress or silent
     length, gravity = gait.robot.leg_length, gait.robot.gravity

@@ -111,7 +111,7 @@ def fixed_point(
         iterations: the most Newton steps.
         progress: called after every step.
         cycles: after which the orbit closes.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
 
     Raises:
         FallError: where the motion from the guess does not come back.

@@ -32,7 +32,7 @@ from amble.hybrid.system import numeric
 from amble.names import identifier
 from amble.simulation.flow import EventFunction, Flow, FlowDefinition
 from amble.simulation.prepared import PreparedDomain, event_functions, prepare_domain, prepare_flow
-from amble.simulation.walk import MOST_EVENTS, TOO_MANY, explained, longest_look
+from amble.simulation.walk import MOST_EVENTS, TOO_MANY, explained, longest_step
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Matrix, Vector, frozen
@@ -92,7 +92,7 @@ class Variational:
     ) -> Monodromy:
         """Return the Poincare map and its derivative; see ``monodromy``."""
         entry = np.array(state, dtype=np.float64).reshape(-1)
-        longest = longest_look(time_limit, max_step)
+        longest = longest_step(time_limit, max_step)
         total = np.eye(entry.size)
         first = current = self.system.domains[0].name
         arcs: list[_DifferentiatedArc] = []
@@ -175,7 +175,7 @@ def monodromy(
         tolerance: of the integrator, relative and absolute, for the state and its derivative alike.
         time_limit: the longest that one domain may last, s.
         cycles: how often the map is applied.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
 
     Raises:
         FallError: where the motion does not come back.

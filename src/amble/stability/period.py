@@ -63,7 +63,7 @@ def other_period(
         matrix: its derivative there, (n_x, n_x).
         cycles: that were asked for.
         time_limit: the longest that one domain may last, s.
-        max_step: the longest time between two looks at the guards, s.
+        max_step: the longest time between two event samples, s.
     """
     moved = _distance(system, found, guess)
     if moved <= SMALLEST * (1.0 + float(np.linalg.norm(found))):

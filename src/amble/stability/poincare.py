@@ -53,7 +53,7 @@ def poincare_map(
         tolerance: of the integrator, relative and absolute.
         time_limit: the longest that one domain may last, s.
         cycles: how often the map is applied.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
 
     Returns:
         The state at the entry of the first domain then, (n_x,).
@@ -143,7 +143,7 @@ def difference_check(
         time_limit: the longest that one domain may last, s.
         progress: called after every state.
         cycles: how often the map is applied.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
 
     Raises:
         FallError: where the motion comes back for fewer than two neighbouring steps.

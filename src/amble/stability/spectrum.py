@@ -88,7 +88,7 @@ def multipliers(
         tolerance: of the integrator.
         time_limit: the longest that one domain may last, s.
         cycles: of the orbit.
-        max_step: the longest time between two looks at the guards, s (``simulate``).
+        max_step: the longest time between two event samples, s (``simulate``).
 
     Raises:
         FallError: where the motion does not come back.

@@ -52,7 +52,7 @@ class Terms:
     @cached_property
     def force_basis(self) -> Stack:
         """Contact forces with zero net force and moment on the base, orthonormal, (points, n_f, k)."""
-        count = self.contacts.free_directions
+        count = self.contacts.internal_force_count
         grasp = np.swapaxes(self.jacobian[:, :, :6], 1, 2)  # base rows of J^T
         right = np.linalg.svd(grasp, full_matrices=True)[2]
         return np.swapaxes(right[:, right.shape[1] - count :, :], 1, 2)
