@@ -12,7 +12,7 @@ FUZZ_GAITS ?= 2000
 FUZZ_SEED ?= 0
 FUZZ := OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m fuzz
 
-.PHONY: help run test slow coverage fuzz fuzz-ci lint format bench lock clean
+.PHONY: help run test slow docs coverage fuzz fuzz-ci lint format bench lock clean
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -35,6 +35,10 @@ fuzz: $(VENV)/develop.stamp  ## drawn inputs for every reader and gaits through 
 fuzz-ci: $(VENV)/develop.stamp  ## the same for three minutes at most
 	$(FUZZ) --inputs 5000 --gaits 100 --seconds 70
 
+docs: $(VENV)/docs.stamp  ## the documentation site in build/docs: tutorials are run, links and addresses checked
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m sphinx -n -W --keep-going -q -b html docs build/docs
+	$(VENV)/bin/python -m docs.check_site build/docs
+
 lint: $(VENV)/develop.stamp  ## style, types, layers
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
@@ -52,7 +56,7 @@ lock:  ## write requirements.txt anew: the newest versions that pyproject.toml a
 	rm -rf build/lock
 	$(PYTHON) -m venv build/lock
 	build/lock/bin/python -m pip --disable-pip-version-check --quiet install hatchling editables
-	build/lock/bin/python -m pip --disable-pip-version-check --quiet install --no-build-isolation --editable '.[test,lint,bench]'
+	build/lock/bin/python -m pip --disable-pip-version-check --quiet install --no-build-isolation --editable '.[test,lint,bench,docs]'
 	(echo '# Every version that is installed anywhere in this project; written by `make lock`.'; \
 	 build/lock/bin/python -m pip --disable-pip-version-check freeze --exclude-editable) > build/requirements.txt
 	mv build/requirements.txt requirements.txt
@@ -71,6 +75,10 @@ $(VENV)/run.stamp: requirements.txt pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/develop.stamp: $(VENV)/run.stamp
 	$(EDITABLE) '.[test,lint]'
+	touch $@
+
+$(VENV)/docs.stamp: $(VENV)/run.stamp
+	$(EDITABLE) '.[docs]'
 	touch $@
 
 $(VENV)/bench.stamp: $(VENV)/run.stamp

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -113,3 +114,22 @@ def test_the_tests_of_the_sdist_run(unpacked: Path) -> None:
 
 def test_the_citation_names_this_version() -> None:
     assert f"\nversion: {amble.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_those_who_receive_a_release_accept_it(built: Path) -> None:
+    pytest.importorskip("twine", reason="twine comes with the extra test")
+    archives = sorted(str(path) for path in built.iterdir())
+    assert len(archives) == 2
+    said = run(sys.executable, "-m", "twine", "check", "--strict", *archives, where=built)
+    assert said.count("PASSED") == 2
+
+
+def test_the_conda_recipe_says_what_the_package_says() -> None:
+    rattler = pytest.importorskip("rattler_build", reason="py-rattler-build comes with the extra test")
+    recipe = rattler.Stage0Recipe.from_file(str(ROOT / "recipe.yaml")).to_dict()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert recipe["context"]["version"] == amble.__version__
+    needed = [line.replace(" ", "") for line in recipe["requirements"]["run"]]
+    assert needed == [f"python{project['requires-python']}", *project["dependencies"]]
+    with pytest.raises(rattler.RecipeParseError):
+        rattler.Stage0Recipe.from_yaml("package: [")

@@ -7,19 +7,25 @@ import numpy as np
 import pytest
 from matplotlib.lines import Line2D
 
-from amble.analysis import Motion, Samples, samples_of_gait, samples_of_trace
+from amble.analysis import Motion, Samples, samples_of_gait, samples_of_trace, torque_metrics
+from amble.control.actuator import PAPER
 from amble.errors import InputError, UnknownNameError
+from amble.gait import Gait
 from amble.report.figures import (
     base_portraits,
+    contact_forces,
     cycle_portraits,
+    foot_paths,
     footfall,
     joint_portraits,
+    joint_power,
     left_joints,
     multiplier_circle,
     save,
     section_distance,
     torque_lines,
     torque_magnitudes,
+    torque_speed,
 )
 from amble.report.figures.portraits import axis_labels, chosen_cycles
 from amble.report.figures.style import plain_text, with_gaps
@@ -231,3 +237,57 @@ def test_any_name_is_drawn_as_it_is(tmp_path: Path) -> None:
     changed = replace(pattern, robot=replace(robot, feet=feet, twins=twins), stances=stances)
     save(footfall(changed, DURATIONS), tmp_path / "footfall")
     assert axis_labels("$\\frac_a$")[0] == r"\$\frac a\$ (rad)"
+
+
+def test_foot_paths_touch_the_ground_where_feet_stand(stabilised_gait: Gait) -> None:
+    samples = samples_of_gait(stabilised_gait)
+    (axes,) = foot_paths(samples).axes
+    lines = axes.lines[: len(samples.robot.feet)]
+    assert [line.get_label() for line in lines] == list(samples.robot.foot_names)
+    for line in lines:
+        heights = finite(line)[:, 1]  # mm
+        assert abs(heights.min()) < 1.0
+        assert heights.max() > 10.0
+
+
+def test_contact_forces_stay_below_what_the_cone_allows(stabilised_gait: Gait) -> None:
+    samples = samples_of_gait(stabilised_gait)
+    figure = contact_forces(samples)
+    assert [axes.get_title() for axes in figure.axes] == list(samples.robot.foot_names)
+    summed = np.zeros(len(samples.times))
+    for axes in figure.axes:
+        normal, allowed, tangential = (finite(line)[:, 1] for line in axes.lines)
+        assert np.all(tangential <= allowed + 1e-6)
+        np.testing.assert_allclose(allowed, 0.6 * normal)
+        summed += normal
+    np.testing.assert_allclose(summed, samples.forces.reshape(len(summed), -1, 3)[:, :, 2].sum(axis=1))
+
+
+def test_torque_against_speed_shows_the_limits_that_come_near(two_cycles: Motion) -> None:
+    robot = amble_pattern().robot
+    names = left_joints(robot)[:2]
+    largest = float(np.abs(two_cycles.torques["drop"][:, two_cycles.joints.index(names[0])]).max())
+    near = replace(
+        robot,
+        joints=tuple(
+            replace(j, effort=0.9 * largest if j.name == names[0] else 1e6, velocity=1e6) for j in robot.joints
+        ),
+    )
+    first, second = torque_speed(two_cycles, near, names).axes[:2]
+    assert len(first.lines) in (3, 4)  # two laws, and the limit on the side or sides that the motion reaches
+    assert len(second.lines) == 2
+    np.testing.assert_allclose(
+        finite(first.lines[1])[:, 1], two_cycles.torques["pinv"][:, two_cycles.joints.index(names[0])]
+    )
+    with pytest.raises(UnknownNameError, match="tail"):
+        torque_speed(two_cycles, robot, ["tail"])
+
+
+def test_bars_of_power_add_up_to_the_metrics(two_cycles: Motion) -> None:
+    """The table integrates by splines; trapezia on this mesh agree to a percent."""
+    (axes,) = joint_power(two_cycles, "pinv", PAPER).axes
+    heights = [bar.get_height() for bar in axes.patches]
+    count = len(two_cycles.joints)
+    metrics = torque_metrics(two_cycles, "pinv", PAPER)
+    assert sum(heights[:count]) == pytest.approx(metrics.mechanical_power, rel=0.01)
+    assert sum(heights[count:]) == pytest.approx(metrics.heat_power, rel=0.01)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import checking, making, reproducing, robots, view, walking
+from amble.cli import checking, doctor, making, reproducing, robots, view, walking
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -62,6 +62,7 @@ COMMANDS = (
     view.view,
     reproducing.report,
     robots.robots,
+    doctor.doctor,
 )
 
 for command in COMMANDS:

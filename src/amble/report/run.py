@@ -8,18 +8,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from amble.analysis import Comparison, ContactReport, Motion, Samples, actuators_for, is_papers, samples_of_gait
+from amble.control.actuator import PAPER
 from amble.gait import Gait
 from amble.report.allocation import law_table
 from amble.report.figures import (
     base_portraits,
+    contact_forces,
     cycle_portraits,
+    foot_paths,
     footfall,
     joint_portraits,
+    joint_power,
     left_joints,
     multiplier_circle,
     save,
     section_distance,
     torque_magnitudes,
+    torque_speed,
 )
 from amble.report.figures.orbital_stability import FloquetMultipliers
 from amble.report.findings import contact_rows, contact_summary, has_both_methods, paper_table, stability_table
@@ -50,6 +55,10 @@ STEMS = (
     "joint_portraits",
     "footfall",
     "torques",
+    "torque_speed",
+    "joint_power",
+    "foot_paths",
+    "contact_forces",
     "cycle_portraits",
     "multipliers",
     "section_distance",
@@ -171,9 +180,11 @@ def run_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
             f"Phase portraits of the joints of {robot}, optimised and simulated ({PORTRAIT_CYCLES} cycles).",
         ),
         "footfall": (footfall(run.gait.pattern, durations), f"One cycle of the gait '{run.gait.pattern.name}'."),
-        "torques": (
-            torque_magnitudes(run.two_cycles, left_joints(run.gait.robot)),
-            "Absolute value of the torques of the left legs over two cycles, both laws on the same motion.",
+        **_torque_figures(run),
+        "foot_paths": (foot_paths(optimised), "Paths of the feet over the ground, seen from the side."),
+        "contact_forces": (
+            contact_forces(optimised),
+            "Contact forces of one cycle, and what the friction cone allows.",
         ),
         "cycle_portraits": (
             cycle_portraits(run.simulated),
@@ -191,6 +202,29 @@ def run_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
             "Distance from the fixed point at the entry of every cycle, and the slope the spectral radius predicts.",
         )
     return drawn
+
+
+def _torque_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
+    """Draw torques over time and over speed, and power."""
+    # the right legs of a mirrored gait do what the left ones do, half a cycle later
+    mirrored = run.gait.pattern.mirrored and bool(left_joints(run.gait.robot))
+    joints = left_joints(run.gait.robot) if mirrored else run.gait.robot.joint_names
+    legs = "the left legs" if mirrored else "all legs"
+    last = list(run.two_cycles.torques)[-1]
+    return {
+        "torques": (
+            torque_magnitudes(run.two_cycles, joints),
+            f"Absolute value of the torques of {legs} over two cycles, all laws on the same motion.",
+        ),
+        "torque_speed": (
+            torque_speed(run.two_cycles, run.gait.robot, joints),
+            f"Torque against speed of {legs}; dotted, limits that the motion comes near.",
+        ),
+        "joint_power": (
+            joint_power(run.two_cycles, last, PAPER),
+            f"Mean power of every joint, law '{last}', motor '{PAPER.name}'.",
+        ),
+    }
 
 
 def write_run(folder: str | Path, run: RunReport) -> tuple[Path, ...]:

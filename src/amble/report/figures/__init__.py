@@ -1,5 +1,7 @@
 """Figures; each function returns a matplotlib figure, and ``save`` writes it as PNG and PDF."""
 
+from amble.report.figures.actuation import joint_power, torque_speed
+from amble.report.figures.contacts import contact_forces, foot_paths
 from amble.report.figures.footfall import footfall
 from amble.report.figures.orbital_stability import multiplier_circle, section_distance
 from amble.report.figures.portraits import base_portraits, cycle_portraits, joint_portraits
@@ -8,9 +10,12 @@ from amble.report.figures.torques import left_joints, torque_lines, torque_magni
 
 __all__ = [
     "base_portraits",
+    "contact_forces",
     "cycle_portraits",
+    "foot_paths",
     "footfall",
     "joint_portraits",
+    "joint_power",
     "left_joints",
     "multiplier_circle",
     "require_matplotlib",
@@ -18,4 +23,5 @@ __all__ = [
     "section_distance",
     "torque_lines",
     "torque_magnitudes",
+    "torque_speed",
 ]
