@@ -55,7 +55,7 @@ def test_commands_of_pages_exist() -> None:
 
     from amble.cli.app import app
 
-    commands = get_command(app).commands
+    commands = vars(get_command(app))["commands"]
     found = 0
     for page in PAGES:
         for block in re.findall(r"```console\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):

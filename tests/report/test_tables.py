@@ -108,3 +108,10 @@ def test_law_table(comparison: Comparison) -> None:
 def test_solver_table() -> None:
     rows = dict(solver_table(synthetic_gait().solver, "W").rows)
     assert (rows["iterations"], rows["variables"], rows["status"]) == ("39", "4", "Solve_Succeeded")
+
+
+def test_a_notebook_shows_a_table_and_its_notes_as_text() -> None:
+    shown = Table("a <title>", ("x", "y"), (("<b>", "1"),), ("a & b",))._repr_html_()
+    assert "<caption>a &lt;title&gt;</caption>" in shown
+    assert "<td>&lt;b&gt;</td><td>1</td>" in shown
+    assert shown.endswith("<p>a &amp; b</p>")

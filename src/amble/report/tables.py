@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from math import isinf
 
 from amble.errors import InputError, printable
+from amble.io.facts import rows_html
 from amble.residual import Residual
 
 _MEANINGFUL = re.compile(r"[\\|<>`*\[\]$&]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
@@ -76,6 +78,11 @@ class Table:
         for note in self.notes:
             lines += [markdown_text(note), ""]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """Show the table in a notebook, its notes below."""
+        notes = "".join(f"<p>{escape(printable(note))}</p>" for note in self.notes)
+        return rows_html(self.title, self.header, self.rows) + notes
 
     @property
     def numeric(self) -> tuple[bool, ...]:
