@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -286,7 +287,8 @@ def test_torque_against_speed_shows_the_limits_that_come_near(two_cycles: Motion
 def test_bars_of_power_add_up_to_the_metrics(two_cycles: Motion) -> None:
     """The table integrates by splines; trapezia on this mesh agree to a percent."""
     (axes,) = joint_power(two_cycles, "pinv", PAPER).axes
-    heights = [bar.get_height() for bar in axes.patches]
+    bars: list[Any] = list(axes.patches)
+    heights = [bar.get_height() for bar in bars]
     count = len(two_cycles.joints)
     metrics = torque_metrics(two_cycles, "pinv", PAPER)
     assert sum(heights[:count]) == pytest.approx(metrics.mechanical_power, rel=0.01)
