@@ -231,7 +231,7 @@ def test_weights_that_move_the_orbit_far_are_refused(search: WeightSearch) -> No
 def test_a_map_that_cannot_be_computed_ends_the_descent(search: WeightSearch) -> None:
     """No row of a program was looked at, so the message does not say that none is violated."""
     with pytest.raises(NotSolvedError, match="output weights are not finite") as caught:
-        least_bound(search.orbit, search.weighting, np.full(WEIGHTS, np.nan))
+        least_bound(search.evaluate, np.full(WEIGHTS, np.nan))
     assert "no row" not in str(caught.value)
 
 

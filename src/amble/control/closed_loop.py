@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -16,7 +16,7 @@ from amble.control.sensitivity import sensitivity
 from amble.control.stance_functions import ARGUMENTS, fall_margin, function, guard, reset, signals
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
-from amble.hybrid import Contacts, GaitPattern, Stance, Switch, constrained_dynamics, impact
+from amble.hybrid import Contacts, GaitPattern, Stance, Switch, impact
 from amble.robot import Robot, kinematics
 
 
@@ -189,64 +189,3 @@ def _loop(
     t, x, _ = symbols
     phase = constraints.phase_rates(contacts.robot, stance, t, x[:size], x[size:])
     return linearise(contacts, law, x[:size], x[size:], phase, constraints)
-
-
-Torques = Callable[[Contacts, ca.SX, ca.SX, ca.SX, ca.SX], ca.SX]
-"""A feedback law of one stance: (contacts, t, q, v, p) -> joint torques, (n_joints,), N m."""
-
-
-@dataclass(frozen=True)
-class DrivenMotion:
-    """What torques do to a standing robot: accelerations and contact forces follow from the equations of motion.
-
-    Attributes:
-        acceleration: q'', (n_q,).
-        torques: u, (n_joints,), N m.
-        forces: contact forces of the stance feet, world frame, (n_f,), N.
-        pivot: 1: no outputs are decoupled, so none can lose their rank.
-    """
-
-    acceleration: ca.SX
-    torques: ca.SX
-    forces: ca.SX
-    pivot: float = 1.0
-
-
-def driven_loops(
-    pattern: GaitPattern, torques: Torques, sizes: Sequence[int], lift_off: float = 0.0
-) -> tuple[StanceLoop, ...]:
-    """Compile the closed loops of the solved stances of a pattern under torques of the state alone.
-
-    Their ``variation`` holds the slope of the field in x and nothing else.
-
-    Args:
-        pattern: the stances, with the robot and its ground.
-        torques: the feedback law.
-        sizes: number of parameters p of each solved stance.
-        lift_off: normal force at which feet leave the ground where none lands, N.
-    """
-    sources: dict[str, Sequence[ca.Function]] = {}
-    derivatives: dict[str, tuple[str, ...]] = {}
-    for switch, size in zip(pattern.switches, sizes, strict=True):
-        name, contacts, landed = switch.source.name, pattern.contacts(switch.source), pattern.contacts(switch.target)
-        robot = contacts.robot
-        t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size), ca.SX.sym("p", size)
-        q, v = x[: robot.size], x[robot.size :]
-        u, dynamics = torques(contacts, t, q, v, p), constrained_dynamics(contacts, q, v)
-        acceleration = dynamics.free_acceleration + dynamics.input_map @ u
-        motion = DrivenMotion(acceleration, u, dynamics.free_force + dynamics.force_map @ u)
-        symbols, rate = [t, x, p], ca.vertcat(v, acceleration)
-        sources[f"loop_{name}"] = (
-            function("field", symbols, {"rate": rate}),
-            function("variation", symbols, {"jacobian": ca.densify(ca.jacobian(rate, x))}),
-            function("signals", symbols, signals(contacts, q, v, motion)),
-            function("admissibility", symbols, {"margin": fall_margin(contacts, q)}),
-        )
-        sources[f"switch_{name}"] = (
-            function("guard", symbols, {"guard": guard(contacts, switch, q, motion, lift_off)}),
-            function("reset", symbols, {"state": reset(landed, switch, q, v)}),
-        )
-        derivatives[f"switch_{name}"] = ("jac",)
-    native = compile_all(sources, derivatives)
-    names = [switch.source.name for switch in pattern.switches]
-    return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)

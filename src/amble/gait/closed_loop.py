@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import StanceLoop, stance_loops
-from amble.control.phase import DomainPhase
-from amble.errors import InputError
-from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
-from amble.gait.control_law import CONTROL_LAWS, ControlLaw
-from amble.gait.landing_domains import between, entering, follows, landing_domain, landing_steps, landing_transition
+from amble.control.closed_loop import Flow, StanceLoop
+from amble.gait.control_law import ControlLaw, Numbers
+from amble.gait.landing_domains import between, entering, follows, landing_steps, landing_transition
+from amble.gait.linearising_law import control_of
 from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
 from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Stance, Switch, Symmetry, Transition
@@ -26,9 +22,6 @@ from amble.types import Vector, frozen
 
 SIGNALS = {"torque": "N m", "force": "N", "foot": "m", "foot_velocity": "m/s", "pivot": "1"}
 """Signals that the closed loop records, with their units."""
-
-PROBES, PRESERVED = 3, 1e-9
-"""Configurations at which a symmetry is held against the phase, and the slope, relative, that counts as none."""
 
 
 def closed_loop(
@@ -45,7 +38,7 @@ def closed_loop(
         law: another allocation law than the gait's.
         half: of a mirrored gait only the solved half: the last reset also mirrors, and one cycle of the system is half
             a gait cycle. Otherwise all stances, the second half through mirrored copies of the same compiled code.
-        control: the feedback law; by default input-output linearisation with the gait's own gains.
+        control: another feedback law than the gait's.
         orders: where feet land one by one: name of a switch -> its feet in the one order that is followed. A foot that
             is past the ground when its turn comes is stopped at once.
 
@@ -54,22 +47,23 @@ def closed_loop(
             the landings of a switch.
     """
     pattern = gait.pattern
-    control = control or InputOutputLinearisation(*gait.gains)
-    loops = control.loops(gait, law)
-    stances = zip(loops, pattern.solved, strict=True)
-    solved = [_solved_domain(gait, control, loop, stance) for loop, stance in stances]
+    control = control or control_of(gait)
+    numbers = control.numbers(gait, law)
+    loops = control.loops(gait, law, numbers)
+    solved = [
+        _domain(stance.name, loop, entry) for stance, loop, entry in zip(pattern.solved, loops, numbers, strict=True)
+    ]
     whole = pattern.mirrored and not half
     domains = [*solved]
     if whole:
         for loop, stance, original in zip(loops, pattern.stances[len(solved) :], solved, strict=True):
             domains.append(mirrored_domain(pattern, loop, stance.name, original))
-    domains += _landing_domains(gait, control, law or gait.law, whole)
+    domains += _landing_domains(gait, control, law, numbers, whole)
     transitions = _transitions(gait, loops, {domain.name: domain for domain in domains}, half, orders or {})
     names = (*gait.robot.coordinate_names, *(f"{RATE}{name}" for name in gait.robot.coordinate_names))
     entered = {transition.target for transition in transitions}  # one order of landing leaves the other domains out
     kept = tuple(domain for domain in domains if domain.name in entered)
-    symmetries = tuple(symmetry for symmetry in _symmetries(gait) if control.keeps(gait, symmetry))
-    return HybridSystem(kept, tuple(transitions), symmetries, names)
+    return HybridSystem(kept, tuple(transitions), symmetries(gait, control), names)
 
 
 def _transitions(
@@ -95,67 +89,15 @@ def _transitions(
     return found
 
 
-@dataclass(frozen=True)
-class InputOutputLinearisation(ControlLaw):
-    """Torques that make the outputs obey y'' + K_d y' + K_p y = 0 (paper, eq. 7 and 8).
-
-    Attributes:
-        position_gain: K_p, 1/s^2.
-        velocity_gain: K_d, 1/s.
-    """
-
-    units: ClassVar[Mapping[str, str]] = {"position_gain": "1/s^2", "velocity_gain": "1/s"}
-
-    position_gain: float
-    velocity_gain: float
-
-    @property
-    def name(self) -> str:
-        """Name in files and on the command line."""
-        return "input-output linearisation"
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """The gains."""
-        return {"position_gain": self.position_gain, "velocity_gain": self.velocity_gain}
-
-    def loops(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[StanceLoop, ...]:
-        """Compile the loops; the gains are among the parameters, so that loops of all gains share their code."""
-        return stance_loops(
-            gait.pattern,
-            allocation or gait.law,
-            [len(gait.outputs.of(stance.name).coordinates) for stance in gait.pattern.solved],
-            REFERENCE_ORDER,
-            gait.outputs.phase,
-            gait.limits.normal_force,
-        )
-
-    def packed(self, gait: Gait, domain: str) -> Vector:
-        """Pack the virtual constraints with these gains."""
-        return loop_parameters(replace(gait, gains=(self.position_gain, self.velocity_gain)), domain)
-
-    def breakpoints(self, gait: Gait, stance: Stance) -> tuple[float, ...]:
-        """Return those of the phase."""
-        return gait.outputs.phase.breakpoints(stance, float(self.packed(gait, stance.name)[0]))
-
-    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
-        """Whether no output sees a turn, and the phase none of the symmetries."""
-        return (symmetry.name != "yaw" or not _sees_orientation(gait)) and keeps_phase(gait, symmetry)
-
-
-CONTROL_LAWS.register("input-output linearisation", InputOutputLinearisation)
-
-
-def _solved_domain(gait: Gait, control: ControlLaw, loop: StanceLoop, stance: Stance) -> Domain:
-    parameters = control.packed(gait, stance.name)
+def _domain(name: str, flow: Flow, numbers: Numbers) -> Domain:
     return Domain(
-        name=stance.name,
-        field=loop.field,
-        parameters=parameters,
-        signals=loop.signals,
-        jacobian=loop.jacobian,
-        admissibility=loop.admissibility,
-        breakpoints=control.breakpoints(gait, stance),
+        name=name,
+        field=flow.field,
+        parameters=numbers.parameters,
+        signals=flow.signals,
+        jacobian=flow.jacobian,
+        admissibility=flow.admissibility,
+        breakpoints=numbers.breakpoints,
     )
 
 
@@ -167,18 +109,15 @@ def _transition(gait: Gait, loop: StanceLoop, switch: Switch, last: bool, half: 
     return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, direction=-1)
 
 
-def _landing_domains(gait: Gait, control: ControlLaw, law: AllocationLaw, whole: bool) -> list[Domain]:
+def _landing_domains(
+    gait: Gait, control: ControlLaw, law: AllocationLaw | None, numbers: Sequence[Numbers], whole: bool
+) -> list[Domain]:
     """The domains between landings into every solved stance; with the mirrored half, into the mirrored ones too."""
     pattern, found = gait.pattern, list[Domain]()
-    if not any(between(gait, entering(gait, number)) for number in range(len(pattern.solved))):
-        return found
-    if not isinstance(control, InputOutputLinearisation):
-        raise InputError(f"control law '{control.name}' has no motion between landings; feet must land simultaneously")
-    gait = replace(gait, gains=(control.position_gain, control.velocity_gain))
-    for number in range(len(pattern.solved)):
-        switch = entering(gait, number)
-        for stance in between(gait, switch):
-            domain, flow = landing_domain(gait, law, number, stance)
+    for number, entry in enumerate(numbers):
+        for stance in between(gait, entering(gait, number)):
+            flow, there = control.landing_flow(gait, law, number, stance, entry)
+            domain = _domain(stance.name, flow, there)
             found.append(domain)
             if whole:
                 twin = _twin(gait, pattern.all_switches[number - 1 + len(pattern.solved)], stance)
@@ -222,8 +161,8 @@ def start_state(gait: Gait) -> Vector:
     return frozen(np.concatenate([first.positions[0], first.velocities[0]]))
 
 
-def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
-    """Translations along the ground, and on level ground the turn about the vertical."""
+def symmetries(gait: Gait, control: ControlLaw) -> tuple[Symmetry, ...]:
+    """Return what a feedback law does not see: translations along the ground, on level ground the turn about z."""
     size = 2 * gait.robot.size
     x = ca.SX.sym("x", size)
     found = []
@@ -233,31 +172,7 @@ def _symmetries(gait: Gait) -> tuple[Symmetry, ...]:
         found.append(Symmetry(name, ca.Function(f"symmetry_{name}", [x], [ca.SX(direction)])))
     if gait.pattern.ground.level:
         found.append(Symmetry("yaw", _turn(gait.robot, x)))
-    return tuple(found)
-
-
-def keeps_phase(gait: Gait, symmetry: Symmetry) -> bool:
-    """Whether the phase of every domain has no slope along a symmetry, at random configurations."""
-    size = gait.robot.size
-    q, numbers = ca.SX.sym("q", size), ca.SX.sym("numbers", len(gait.outputs.phase.numbers))
-    states = np.random.default_rng(0).normal(0.0, 0.5, (PROBES, 2 * size))
-    for stance in gait.pattern.solved:
-        domain = DomainPhase(phase=gait.outputs.phase, robot=gait.robot, stance=stance)
-        gradient = domain.rates(ca.SX(1, 1), ca.SX(1.0), q, ca.SX(size, 1), numbers).gradient
-        function = ca.Function("gradient", [q, numbers], [ca.densify(gradient)])
-        for state in states:
-            row = np.asarray(function(state[:size], domain.measured(state[:size], state[size:])))
-            direction = np.asarray(symmetry.generator(state))[:size]
-            if not abs((row @ direction).item()) <= PRESERVED * np.linalg.norm(row) * np.linalg.norm(direction):
-                return False
-    return True
-
-
-def _sees_orientation(gait: Gait) -> bool:
-    """Whether any output depends on roll, pitch or yaw, the first three coordinates of y_a."""
-    if gait.feedback is not None:
-        return any(bool(np.any(weights[:, :3])) for weights in gait.feedback.weights.values())
-    return any(name in ("roll", "pitch", "yaw") for domain in gait.outputs.domains for name in domain.coordinates)
+    return tuple(symmetry for symmetry in found if control.keeps(gait, symmetry))
 
 
 def _turn(robot: Robot, x: ca.SX) -> ca.Function:

@@ -13,8 +13,11 @@ from amble.control import PHASES, DomainOutputs, Outputs, Phase
 from amble.control.allocation.registry import LAWS
 from amble.control.outputs import controllable
 from amble.errors import InputError
+from amble.gait.control_law import CONTROL_LAWS
 from amble.gait.cost import COSTS, TORQUE_SQUARED, Cost
+from amble.gait.impedance import Impedance  # noqa: F401  (registers it)
 from amble.gait.limits import Limits
+from amble.gait.linearising_law import LINEARISATION, InputOutputLinearisation
 from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, SolverReport
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.contact import AXES
@@ -37,9 +40,7 @@ from amble.robot import Robot
 from amble.robot.files import ROBOT
 from amble.types import Json
 
-CONTROL_LAWS = {
-    "input-output linearisation": Record(dict, {"position_gain": Number("1/s^2"), "velocity_gain": Number("1/s")})
-}
+GAINS = {"position_gain": Number("1/s^2"), "velocity_gain": Number("1/s")}
 RULES = {rule: Record(dict, {}) for rule in LANDING_RULES}
 
 
@@ -96,6 +97,32 @@ def limits_codec(pattern: GaitPattern) -> Record:
 
 def _along_axes(intervals: tuple[tuple[float, float], ...]) -> Json:
     return dict(zip(AXES, intervals, strict=True))
+
+
+class ControlLawCodec(Codec):
+    """The gait problem's gains, which input-output linearisation has for its parameters, and any other feedback law.
+
+    The value is the gains and the law, None where it is input-output linearisation with these gains.
+    """
+
+    def encode(self, value: Any, place: str) -> Json:
+        """Write name, parameters of a law that is not the default, gains."""
+        gains, law = value
+        if law is not None and law.name == LINEARISATION:
+            raise InputError(f"{place}: {LINEARISATION} has the gains of the gait; give those instead of a control law")
+        named = {"name": LINEARISATION} if law is None else CONTROL_LAWS.encode(law, place)
+        return {**named, **Record(dict, GAINS).encode(dict(zip(GAINS, gains, strict=True)), place)}
+
+    def decode(self, entry: Any, place: str) -> Any:
+        """Read gains and law."""
+        if not isinstance(entry, dict) or "name" not in entry:
+            raise InputError(f"{place} is not an object with a 'name'")
+        name = NameIn("control law", CONTROL_LAWS).decode(entry["name"], place)
+        own = {key: value for key, value in entry.items() if key not in GAINS}
+        parameters: Json = {} if name == LINEARISATION else {"parameters": Record(dict, {}, open=True)}
+        found = Record(dict, {"name": TEXT, **parameters, **GAINS}).decode(entry, place)
+        gains = tuple(found[key] for key in GAINS)
+        return gains, None if name == LINEARISATION else CONTROL_LAWS.decode(own, place)
 
 
 def mesh_codec(pattern: GaitPattern) -> Record:
@@ -197,7 +224,7 @@ GAIT_FIELDS: Mapping[str, Field] = {
     "pattern": lambda known: pattern_codec(known["robot"], known["ground"], known["contact"]),
     "phase": PHASES,
     "outputs": lambda known: outputs_codec(known["pattern"], known["phase"]),
-    "control_law": Named("control law", CONTROL_LAWS),
+    "control_law": ControlLawCodec(),
     "allocation_law": LAWS,
     "landing_rule": Named("landing rule", RULES),
     "speed": Number("m/s"),
@@ -213,7 +240,6 @@ GAIT_FIELDS: Mapping[str, Field] = {
 
 def _take(gait: Gait) -> Json:
     """Return the parts of a gait as the file divides them."""
-    position, velocity = gait.gains
     limits = vars(gait.limits)
     return {
         **vars(gait),
@@ -221,11 +247,7 @@ def _take(gait: Gait) -> Json:
         "ground": gait.pattern.ground,
         "contact": gait.pattern.contact,
         "phase": gait.outputs.phase,
-        "control_law": {
-            "name": "input-output linearisation",
-            "position_gain": position,
-            "velocity_gain": velocity,
-        },
+        "control_law": (gait.gains, None if gait.control == InputOutputLinearisation(*gait.gains) else gait.control),
         "allocation_law": gait.law,
         "landing_rule": {"name": gait.pattern.landing_rule},
         "cost": None if gait.cost == TORQUE_SQUARED else gait.cost,
@@ -240,14 +262,14 @@ def _take(gait: Gait) -> Json:
 
 def _build(**parts: Any) -> Gait:
     """Put the parts of a file together."""
-    law = parts["control_law"]
+    gains, control = parts["control_law"]
     domains = parts["domains"]
     return Gait(
         pattern=replace(parts["pattern"], landing_rule=parts["landing_rule"]["name"]),
         outputs=parts["outputs"],
         law=parts["allocation_law"],
         speed=parts["speed"],
-        gains=(law["position_gain"], law["velocity_gain"]),
+        gains=gains,
         limits=Limits(**parts["limits"]),
         domains=tuple(DomainTrajectory(name=name, **domains[name]) for name in solved(parts["pattern"])),
         solver=parts["solver"],
@@ -255,6 +277,7 @@ def _build(**parts: Any) -> Gait:
         versions=parts["versions"],
         multipliers=parts["multipliers"],
         cost=parts["cost"] or TORQUE_SQUARED,
+        control=control,
     )
 
 

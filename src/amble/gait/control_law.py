@@ -4,21 +4,38 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import casadi as ca
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import StanceLoop, driven_loops
+from amble.control.closed_loop import Flow, StanceLoop
+from amble.control.driven_loop import driven_flow, driven_loops
 from amble.errors import InputError
-from amble.gait.record import Gait
 from amble.hybrid import Contacts, Stance, Symmetry
 from amble.io.registry import Registry
 from amble.types import Vector
 
+if TYPE_CHECKING:
+    from amble.gait.record import Gait
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numbers:
+    """What a feedback law is in one solved domain of a gait.
+
+    Attributes:
+        parameters: p of the compiled functions.
+        breakpoints: clocks at which the law is not smooth, ascending, s.
+    """
+
+    parameters: Vector
+    breakpoints: tuple[float, ...] = ()
+
 
 class ControlLaw(ABC):
-    """A feedback law for any gait; immutable.
+    """A feedback law for any gait; immutable and hashable.
 
     Attributes:
         units: parameter -> unit, of those that are written with one.
@@ -29,7 +46,7 @@ class ControlLaw(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Short name, as used on the command line."""
+        """Short name, as used in files and on the command line."""
 
     @property
     def parameters(self) -> Mapping[str, Any]:
@@ -37,21 +54,40 @@ class ControlLaw(ABC):
         return {}
 
     @abstractmethod
-    def loops(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[StanceLoop, ...]:
-        """Compile the closed loops of the solved stances, functions of (t, x, p).
+    def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
+        """Return what the law is in every solved domain.
+
+        Args:
+            gait: the gait.
+            allocation: another allocation law than the gait's.
 
         Raises:
-            InputError: an allocation law is given, and this law does not allocate.
+            InputError: an allocation law is given, and this law does not allocate; or the law does not fit the gait.
         """
 
     @abstractmethod
-    def packed(self, gait: Gait, domain: str) -> Vector:
-        """Return the parameters p of a solved domain."""
+    def loops(
+        self, gait: Gait, allocation: AllocationLaw | None, numbers: tuple[Numbers, ...]
+    ) -> tuple[StanceLoop, ...]:
+        """Compile the closed loops of the solved stances, functions of (t, x, p); ``numbers`` are the law's."""
 
-    def breakpoints(self, gait: Gait, stance: Stance) -> tuple[float, ...]:
-        """Return the clocks at which the law is not smooth, s."""
-        del gait, stance
-        return ()
+    def landing_flow(
+        self, gait: Gait, allocation: AllocationLaw | None, number: int, stance: Stance, numbers: Numbers
+    ) -> tuple[Flow, Numbers]:
+        """Compile the motion between two landings of the switch into a solved stance.
+
+        Args:
+            gait: the gait.
+            allocation: another allocation law than the gait's.
+            number: of the solved stance.
+            stance: the feet on the ground.
+            numbers: the law's in the solved stance.
+
+        Raises:
+            InputError: the law has no motion between landings.
+        """
+        del gait, allocation, number, stance, numbers
+        raise InputError(f"control law '{self.name}' has no motion between landings; feet must land simultaneously")
 
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
         """Whether the law does not see a symmetry of the ground: a translation, or "yaw" about the vertical."""
@@ -60,7 +96,11 @@ class ControlLaw(ABC):
 
 
 class TorqueLaw(ControlLaw):
-    """A feedback law that is a function of the state: accelerations and forces follow from its torques."""
+    """A feedback law that is a function of the state: accelerations and forces follow from its torques.
+
+    With ``torques`` and ``packed`` alone it walks, is certified, exported and written to gait files; with ``gains`` and
+    ``with_gains`` it is also stabilised.
+    """
 
     @abstractmethod
     def torques(self, contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
@@ -74,13 +114,57 @@ class TorqueLaw(ControlLaw):
             p: the parameters of ``packed``.
         """
 
-    def loops(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[StanceLoop, ...]:
-        """Compile the loops; their slopes come by automatic differentiation."""
+    @abstractmethod
+    def packed(self, gait: Gait, domain: str) -> Vector:
+        """Return the parameters p of a solved domain."""
+
+    def breakpoints(self, gait: Gait, stance: Stance) -> tuple[float, ...]:
+        """Return the clocks at which the law is not smooth, s."""
+        del gait, stance
+        return ()
+
+    def gains(self, gait: Gait, domain: str) -> Mapping[str, int]:
+        """Return which parameters stabilisation may choose: label -> place in p, of positive numbers.
+
+        Their torques vanish on the orbit whatever they are, as those of feedback do. One label in several domains is
+        one number.
+        """
+        del gait, domain
+        return {}
+
+    def with_gains(self, values: Mapping[str, float]) -> TorqueLaw:
+        """Return the law with other gains, label -> value.
+
+        Raises:
+            InputError: the law has none.
+        """
+        del values
+        raise InputError(f"control law '{self.name}' has no gains that could be chosen")
+
+    def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
+        """Return ``packed`` and ``breakpoints``."""
         if allocation is not None:
             raise InputError(f"control law '{self.name}' gives the torques itself; it takes no allocation law")
-        sizes = [self.packed(gait, stance.name).size for stance in gait.pattern.solved]
+        return tuple(
+            Numbers(parameters=self.packed(gait, stance.name), breakpoints=self.breakpoints(gait, stance))
+            for stance in gait.pattern.solved
+        )
+
+    def loops(
+        self, gait: Gait, allocation: AllocationLaw | None, numbers: tuple[Numbers, ...]
+    ) -> tuple[StanceLoop, ...]:
+        """Compile the loops; their slopes come by automatic differentiation."""
+        del allocation
+        sizes = [entry.parameters.size for entry in numbers]
         return driven_loops(gait.pattern, self.torques, sizes, gait.limits.normal_force)
+
+    def landing_flow(
+        self, gait: Gait, allocation: AllocationLaw | None, number: int, stance: Stance, numbers: Numbers
+    ) -> tuple[Flow, Numbers]:
+        """Follow the law of the stance that comes next, on the feet that have landed."""
+        del allocation, number
+        return driven_flow(gait.pattern.contacts(stance), self.torques, numbers.parameters.size), numbers
 
 
 CONTROL_LAWS: Registry[ControlLaw] = Registry("control law")
-"""The feedback laws that the command line can name."""
+"""The feedback laws that files and the command line can name."""

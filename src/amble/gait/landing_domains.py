@@ -22,6 +22,7 @@ from amble.control.stance_functions import ARGUMENTS
 from amble.control.virtual_constraints import pack
 from amble.errors import InputError
 from amble.gait.constraints import REFERENCE_ORDER, numbers_of
+from amble.gait.control_law import Numbers
 from amble.gait.record import Gait
 from amble.hybrid import Contacts, Domain, Stance, Switch, Transition, constrained_dynamics
 from amble.hybrid.landing import steps
@@ -51,8 +52,8 @@ def follows(step: Switch, switch: Switch, order: Sequence[str]) -> bool:
     return landed == set(order[: len(landed)]) and step.landing[0] == order[len(landed)]
 
 
-def landing_domain(gait: Gait, law: AllocationLaw, number: int, stance: Stance) -> tuple[Domain, Flow]:
-    """Close the loop between landings into a solved stance.
+def linearised_landing(gait: Gait, law: AllocationLaw, number: int, stance: Stance) -> tuple[Flow, Numbers]:
+    """Close the loop between landings into a solved stance by input-output linearisation.
 
     Args:
         gait: the gait.
@@ -66,16 +67,8 @@ def landing_domain(gait: Gait, law: AllocationLaw, number: int, stance: Stance) 
     references = references + _lines(gait, number, numbers) * (gait.feedback is None)
     flow = landing_flow(contacts, law, following, len(weights), REFERENCE_ORDER, gait.outputs.phase)
     parameters = pack(duration, gait.gains, elevate(references, REFERENCE_ORDER), weights, numbers)
-    domain = Domain(
-        name=stance.name,
-        field=flow.field,
-        parameters=frozen(parameters),
-        signals=flow.signals,
-        jacobian=flow.jacobian,
-        admissibility=flow.admissibility,
-        breakpoints=gait.outputs.phase.breakpoints(following, duration),
-    )
-    return domain, flow
+    breakpoints = gait.outputs.phase.breakpoints(following, duration)
+    return flow, Numbers(parameters=frozen(parameters), breakpoints=breakpoints)
 
 
 def landing_transition(

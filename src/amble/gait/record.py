@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from amble.control import AllocationLaw, Outputs
 from amble.gait.cost import TORQUE_SQUARED, Cost
@@ -14,6 +15,9 @@ from amble.io.facts import facts_html
 from amble.names import check_name
 from amble.robot import Robot
 from amble.types import Matrix, NodeValues, Vector, frozen
+
+if TYPE_CHECKING:
+    from amble.gait.control_law import ControlLaw
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,6 +132,7 @@ class Gait:
         versions: package name -> version that wrote the gait.
         multipliers: the solver's, where it left any.
         cost: what the gait problem minimised.
+        control: the feedback law that walks it; input-output linearisation with ``gains`` where it is None.
     """
 
     pattern: GaitPattern
@@ -142,6 +147,7 @@ class Gait:
     versions: Mapping[str, str]
     multipliers: LagrangeMultipliers | None = None
     cost: Cost = TORQUE_SQUARED
+    control: ControlLaw | None = None
 
     def __post_init__(self) -> None:
         """Check that the parts fit robot, pattern and each other, and the texts that the records inside do not."""

@@ -41,37 +41,60 @@ def selection(robot: Robot) -> ca.SX:
     return ca.SX(ca.vertcat(ca.DM(robot.size - joints, joints), ca.DM.eye(joints)))
 
 
+@dataclass(frozen=True, kw_only=True)
+class StandingEquations:
+    """The factored equations D a - J^T lambda = F, J a = c of a robot whose feet stand.
+
+    Attributes:
+        mass: factor of D.
+        jacobian: J, (n_f, n_q).
+        moved: D^-1 J^T, (n_q, n_f).
+        apparent: factor of J D^-1 J^T, the inverse of the mass seen at the feet; None without feet.
+    """
+
+    mass: SymmetricFactor
+    jacobian: ca.SX
+    moved: ca.SX
+    apparent: SymmetricFactor | None
+
+    @classmethod
+    def of(cls, contacts: Contacts, q: ca.SX) -> StandingEquations:
+        """Factor the equations at a configuration."""
+        robot = contacts.robot
+        D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
+        J = contacts.jacobian(q)
+        Y = D.solve(J.T) if contacts.feet else ca.SX(robot.size, 0)
+        return cls(mass=D, jacobian=J, moved=Y, apparent=SymmetricFactor.of(J @ Y) if contacts.feet else None)
+
+    def solve(self, force: ca.SX, contact: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return a, (n_q, m), and lambda, (n_f, m), one column a right side.
+
+        Args:
+            force: F, (n_q, m).
+            contact: c, (n_f, m).
+        """
+        free = self.mass.solve(force)
+        if self.apparent is None:
+            return free, ca.SX(0, force.shape[1])
+        forces = self.apparent.solve(contact - self.jacobian @ free)
+        return free + self.moved @ forces, forces
+
+
 def constrained_dynamics(contacts: Contacts, q: ca.SX, v: ca.SX) -> ConstrainedDynamics:
     """Eliminate the contact forces (paper, eq. 2 and 3)."""
     # shorthand
-    robot = contacts.robot
-    D = SymmetricFactor.of(dynamics.mass_matrix(robot, q), _elimination_order(robot))
-    h = dynamics.bias(robot, q, v)
-    J, Jdv = contacts.jacobian(q), contacts.bias(q, v)
-    B = selection(robot)
+    robot, equations = contacts.robot, StandingEquations.of(contacts, q)
+    B, Jdv = selection(robot), contacts.bias(q, v)
 
-    positions = contacts.points(q)
-    motion, inputs = -D.solve(h), D.solve(B)
-    if not contacts.feet:
-        return ConstrainedDynamics(
-            free_acceleration=motion,
-            input_map=inputs,
-            free_force=ca.SX(0, 1),
-            force_map=ca.SX(0, len(robot.joints)),
-            jacobian=J,
-            positions=positions,
-        )
-    Y = D.solve(J.T)
-    apparent = SymmetricFactor.of(J @ Y)  # J D^-1 J^T, the inverse of the mass seen at the feet
-    free_force = -apparent.solve(J @ motion + Jdv)
-    force_map = -apparent.solve(J @ inputs)
+    free_acceleration, free_force = equations.solve(-dynamics.bias(robot, q, v), -Jdv)
+    input_map, force_map = equations.solve(B, ca.SX(Jdv.shape[0], B.shape[1]))
     return ConstrainedDynamics(
-        free_acceleration=motion + Y @ free_force,
-        input_map=inputs + Y @ force_map,
+        free_acceleration=free_acceleration,
+        input_map=input_map,
         free_force=free_force,
         force_map=force_map,
-        jacobian=J,
-        positions=positions,
+        jacobian=equations.jacobian,
+        positions=contacts.points(q),
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import overload
 
+from amble.control import AllocationLaw
 from amble.errors import CertificateError, InputError
 from amble.gait import Gait
 from amble.hybrid import HybridSystem
@@ -26,6 +27,7 @@ def certify(
     tolerances: Sequence[float] = TOLERANCES,
     time_limit: float = TIME_LIMIT,
     allow_absurd_limits: bool = False,
+    law: AllocationLaw | None = None,
     progress: Progress | None = None,
     max_step: float | None = None,
 ) -> Certificate: ...
@@ -53,6 +55,7 @@ def certify(
     time_limit: float = TIME_LIMIT,
     *,
     allow_absurd_limits: bool = False,
+    law: AllocationLaw | None = None,
     progress: Progress | None = None,
     cycles: int = 1,
     max_step: float | None = None,
@@ -73,6 +76,8 @@ def certify(
         time_limit: the longest that one domain may last, s.
         allow_absurd_limits: of a gait, certify against limits and gravity that nobody would mean
             (``gait.limits.sensible_rows``).
+        law: of a gait, the allocation law of the closed loop where it is not the gait's. Under input-output
+            linearisation it changes neither orbit nor multipliers; under another control law it may change these.
         progress: called with what is being computed.
         cycles: of the orbit of a system; of one that closes after several cycles the map is that of all of them.
         max_step: the longest time between two event samples, s (``simulate``).
@@ -88,12 +93,14 @@ def certify(
     """
     if isinstance(subject, Gait):
         _require_of_gait(state, cycles)
-        system, state, of_gait = certified_orbit(subject, allow_absurd_limits, progress)
+        system, state, of_gait = certified_orbit(subject, allow_absurd_limits, progress, law)
         conditions = (*of_gait, *conditions)
     elif state is None:
         raise InputError("a hybrid system is certified at a fixed point, which `amble.fixed_point` finds")
     elif allow_absurd_limits:
         raise InputError("only a gait has limits that can be absurd")
+    elif law is not None:
+        raise InputError("only a gait takes another allocation law")
     else:
         system = subject
     certificate = assess(system, state, tolerances, time_limit, progress, cycles, max_step)

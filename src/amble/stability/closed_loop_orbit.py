@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from amble.control import AllocationLaw
 from amble.control.outputs import selection_matrix
 from amble.control.phase import DomainPhase
 from amble.gait import Feedback, Gait
@@ -37,7 +38,9 @@ def without_yaw(system: HybridSystem, mirrored: bool) -> HybridSystem:
     return HybridSystem(system.domains, system.transitions, tuple(kept), system.state_names)
 
 
-def closed_loop_fixed_point(gait: Gait, progress: Progress | None = None) -> tuple[HybridSystem, FixedPoint]:
+def closed_loop_fixed_point(
+    gait: Gait, progress: Progress | None = None, law: AllocationLaw | None = None
+) -> tuple[HybridSystem, FixedPoint]:
     """Return the closed loop of the solved stances of a gait and its fixed point nearest to the gait's start.
 
     Of a mirrored gait this is half a cycle, closed by the mirror: the multipliers of the full one are the squares.
@@ -45,12 +48,13 @@ def closed_loop_fixed_point(gait: Gait, progress: Progress | None = None) -> tup
     Args:
         gait: the gait.
         progress: called after every Newton step.
+        law: another allocation law than the gait's.
 
     Raises:
         FallError: the closed loop does not return from the gait's start.
         NotSolvedError: Newton does not converge.
     """
-    system = without_yaw(closed_loop(gait, half=True), gait.pattern.mirrored)
+    system = without_yaw(closed_loop(gait, law, half=True), gait.pattern.mirrored)
     return system, fixed_point(system, start_state(gait), progress=progress)
 
 
@@ -59,7 +63,7 @@ def own_feedback(gait: Gait) -> Feedback:
 
     Errors as in ``closed_loop_fixed_point``; InputError where the phase does not grow all along the orbit.
     """
-    system, found = closed_loop_fixed_point(replace(gait, feedback=None))
+    system, found = closed_loop_fixed_point(replace(gait, feedback=None, control=None))
     trace = simulate(system, found.state, 1, FIT_TOLERANCE, samples=FIT_SAMPLES)
     return feedback_on(gait, trace)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from amble.control import AllocationLaw
 from amble.errors import CertificateError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
@@ -28,7 +29,7 @@ FORMAT, FORMAT_VERSION = "amble certificate", 1
 
 
 def certified_orbit(
-    gait: Gait, allow_absurd_limits: bool = False, progress: Progress | None = None
+    gait: Gait, allow_absurd_limits: bool = False, progress: Progress | None = None, law: AllocationLaw | None = None
 ) -> tuple[HybridSystem, Vector, tuple[Residual, ...]]:
     """Return a gait's closed loop, its fixed point and the conditions that hold on that orbit; the rest is stability.
 
@@ -40,6 +41,7 @@ def certified_orbit(
         gait: the gait.
         allow_absurd_limits: do not hold limits and gravity against ``gait.limits.sensible_rows``.
         progress: called with what is being computed.
+        law: the allocation law of the closed loop, where it is not the gait's.
 
     Raises:
         CertificateError: one of the conditions fails.
@@ -53,11 +55,11 @@ def certified_orbit(
     conditions = _sound((*physical_rows(gait.robot, gait.pattern.mirrored), *sensible))
     conditions += _recorded(gait, conditions)
     tell(ProgressReport(what="closed loop"))
-    system = closed_loop(gait)
-    found = closed_loop_fixed_point(gait, tell)[1]
+    system = closed_loop(gait, law)
+    found = closed_loop_fixed_point(gait, tell, law)[1]
     orbit = orbit_conditions(gait, system, found.state)
     tell(ProgressReport(what="orders of landing"))
-    return system, found.state, _sound((*conditions, *orbit, *landing_order_rows(gait, found.state)))
+    return system, found.state, _sound((*conditions, *orbit, *landing_order_rows(gait, found.state, law)))
 
 
 def _sound(rows: tuple[Residual, ...]) -> tuple[Residual, ...]:
@@ -131,7 +133,7 @@ def bounds_sentences(gait: Gait) -> tuple[str, str]:
 
 def initial_spectrum(gait: Gait) -> Spectrum:
     """Return the multipliers of the full cycle under the outputs of the gait problem, feedback left out."""
-    bare = replace(gait, feedback=None)
+    bare = replace(gait, feedback=None, control=None)
     _, found = closed_loop_fixed_point(bare)
     return multipliers(closed_loop(bare), found.state)
 
@@ -141,16 +143,16 @@ def distances(gait: Gait, trace: Trace, certificate: Certificate) -> Vector:
     return section_distances(closed_loop(gait), trace.section, certificate.state)
 
 
-def certificate_to_dict(gait: Gait, certificate: Certificate) -> Json:
-    """Return a certificate with the gait that it belongs to as a tree for a JSON file."""
-    return {**_header(True, gait), **certificate.to_dict()}
+def certificate_to_dict(gait: Gait, certificate: Certificate, law: AllocationLaw | None = None) -> Json:
+    """Return a certificate with the gait and the allocation law that it belongs to as a tree for a JSON file."""
+    return {**_header(True, gait, law), **certificate.to_dict()}
 
 
-def refusal_to_dict(gait: Gait, error: WorkError) -> Json:
+def refusal_to_dict(gait: Gait, error: WorkError, law: AllocationLaw | None = None) -> Json:
     """Return why a gait has no certificate as a tree for a JSON file: the reason and the rows, if it came to rows."""
     rows = error.rows if isinstance(error, CertificateError) else ()
     return {
-        **_header(False, gait),
+        **_header(False, gait, law),
         "refused_because": str(error).splitlines(),
         "conditions": [row_to_dict(row) for row in rows],
     }
@@ -164,16 +166,18 @@ def identity(gait: Gait) -> Json:
         "robot": gait.robot.name,
         "robot_hash": gait.robot.hash,
         "allocation_law": to_dict(gait)["allocation_law"],
+        **({} if gait.control is None else {"control_law": to_dict(gait)["control_law"]}),
         "speed_m_s": gait.speed,
     }
 
 
-def _header(certified: bool, gait: Gait) -> Json:
+def _header(certified: bool, gait: Gait, law: AllocationLaw | None) -> Json:
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "certified": certified,
         "gait": identity(gait),
+        **({} if law is None else {"under_allocation_law": law.name}),
         "held_against": held_against(gait),
         "does_not_say": list(does_not_say(gait)),
     }

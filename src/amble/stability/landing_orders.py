@@ -13,6 +13,7 @@ from itertools import permutations, product
 
 import numpy as np
 
+from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
@@ -40,12 +41,13 @@ class LandingOrder:
         return "; ".join(f"{switch}: {', '.join(feet)}" for switch, feet in self.feet.items())
 
 
-def landing_orders(gait: Gait, state: Vector) -> tuple[LandingOrder, ...]:
+def landing_orders(gait: Gait, state: Vector, law: AllocationLaw | None = None) -> tuple[LandingOrder, ...]:
     """Differentiate the return map for every order of landing; of a mirrored gait that of half a cycle.
 
     Args:
         gait: the gait.
         state: the fixed point at the entry of the first domain, (n_x,).
+        law: another allocation law than the gait's.
 
     Returns:
         Nothing where no feet land one by one.
@@ -62,15 +64,15 @@ def landing_orders(gait: Gait, state: Vector) -> tuple[LandingOrder, ...]:
     found = []
     for orders in product(*choices) if several else ():
         feet = {switch.name: order for switch, order in zip(several, orders, strict=True)}
-        system = closed_loop(gait, half=True, orders=feet)
+        system = closed_loop(gait, law, half=True, orders=feet)
         there = prepare_variational(system)(state)
         found.append(LandingOrder(feet, spectrum(system, state, there.image, there.matrix)))
     return tuple(found)
 
 
-def landing_order_rows(gait: Gait, state: Vector) -> tuple[Residual, ...]:
+def landing_order_rows(gait: Gait, state: Vector, law: AllocationLaw | None = None) -> tuple[Residual, ...]:
     """Return the radius of every order, and the rate at which one quadratic function falls in all of them."""
-    orders = landing_orders(gait, state)
+    orders = landing_orders(gait, state, law)
     if not orders:
         return ()
     below = float(np.nextafter(1.0, 0.0))

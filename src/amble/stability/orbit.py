@@ -6,7 +6,7 @@ its resets stay; only the slope of the vector field depends on the weights (docs
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -70,9 +70,9 @@ class Orbit:
     Attributes:
         domains: in order of the cycle.
         start: fixed point of the Poincare map, (n_x,).
-        basis: columns spanning the image of the last event, less horizontal position, orthonormal where every state is
-            counted in its unit, (n_x, m): every state after the reset lies in it, so the multipliers of the map are
-            those of dual A basis.
+        basis: columns spanning the image of the last event, less horizontal position and other neutral directions,
+            orthonormal where every state is counted in its unit, (n_x, m): every state after the reset lies in it, so the
+            multipliers of the map are those of dual A basis.
         dual: the left inverse of basis that takes a state to its coordinates, (m, n_x).
     """
 
@@ -83,7 +83,12 @@ class Orbit:
 
 
 def sample_orbit(
-    system: HybridSystem, start: Vector, loops: Mapping[str, StanceLoop], durations: Mapping[str, float], units: Vector
+    system: HybridSystem,
+    start: Vector,
+    loops: Mapping[str, StanceLoop],
+    durations: Mapping[str, float],
+    units: Vector,
+    neutral: Sequence[Vector] = (),
 ) -> Orbit:
     """Sample the orbit that starts at a fixed point of a system with the given durations.
 
@@ -93,6 +98,7 @@ def sample_orbit(
         loops: domain -> its compiled functions.
         durations: domain -> duration on the orbit, s.
         units: how large a change of each state counts as one, (n_x,).
+        neutral: directions at the start, beside horizontal position, in which every point is on the same orbit, (n_x,).
     """
     from scipy.integrate import solve_ivp
 
@@ -122,13 +128,17 @@ def sample_orbit(
             )
         )
         entry = np.asarray(transition.reset(duration, before, domain.parameters)).ravel()
-    image = _image(domains[-1].event / units[:, None])
+    image = _image(domains[-1].event / units[:, None], [direction / units for direction in neutral])
     return Orbit(tuple(domains), np.asarray(start), units[:, None] * image, image.T / units)
 
 
-def _image(event: Matrix) -> Matrix:
-    """Orthonormal basis of the image of an event, horizontal position left out."""
+def _image(event: Matrix, neutral: Sequence[Vector]) -> Matrix:
+    """Orthonormal basis of the image of an event, horizontal position and neutral directions left out."""
     kept = event.copy()
     kept[:2] = 0.0
     left, sizes, _ = np.linalg.svd(kept)
-    return left[:, sizes > 1e-9 * sizes[0]]
+    basis: Matrix = left[:, sizes > 1e-9 * sizes[0]]
+    for direction in neutral:
+        along = basis.T @ np.where(np.arange(direction.size) < 2, 0.0, direction)
+        basis = basis @ np.linalg.svd(along[:, None])[0][:, 1:]
+    return basis

@@ -1,4 +1,4 @@
-"""Exponential orbital stabilisation: choose output weights that make the orbit attractive, without moving it."""
+"""Exponential orbital stabilisation: output weights or gains that make the orbit attractive without moving it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ import numpy as np
 from amble.defaults import FREE, METHOD, METHODS, Method
 from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
+from amble.gait.linearising_law import InputOutputLinearisation
 from amble.hybrid import SIMULTANEOUS
 from amble.progress import Progress, ProgressReport, silent
+from amble.stability.gain_search import GainSearch
 from amble.stability.weight_search import Closed, WeightSearch, least_bound
 from amble.types import Vector
 
@@ -95,19 +97,21 @@ def stabilize(
 def stabilization(
     gait: Gait, free: Sequence[str] = FREE, method: Method = METHOD, progress: Progress | None = None
 ) -> Stabilized:
-    """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d).
+    """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d), or by the gains of its control law.
+
+    Under a ``TorqueLaw`` such as ``Impedance`` its gains are free, each within a factor of 4 of where it starts.
 
     The contraction bound of the return map is minimised (``least_bound``) on the closed loop's orbit, and again on its
     own orbit under the weights found, until that gains less than 10 %.
 
     Args:
         gait: the gait; feedback that it already has is replaced.
-        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free.
-        method: what chooses the weights; there is one, the paper's "bilinear".
+        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free; of no account for gains.
+        method: what chooses the parameters; there is one, the paper's "bilinear".
         progress: called with every accepted step, and between them.
 
     Raises:
-        InputError: feet land one by one.
+        InputError: feet land one by one, or the control law has no gains that could be chosen.
         UnknownNameError: a free coordinate or the method does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
@@ -122,8 +126,9 @@ def stabilization(
         )
     tell = progress or silent
     tell(ProgressReport(what="orbit of the closed loop"))
-    search = WeightSearch.of(gait, free)
-    here = search.close(np.zeros(search.weighting.size))
+    own = gait.control is None or isinstance(gait.control, InputOutputLinearisation)
+    search: WeightSearch | GainSearch = WeightSearch.of(gait, free) if own else GainSearch.of(gait)
+    here = search.close(np.zeros(search.size))
     steps, refusals = [_step(0, here, here, began)], list[str]()
     tell(_report(steps[0]))
     reason = f"{ROUNDS} descents done"
@@ -145,10 +150,12 @@ def stabilization(
     return Stabilized(here.gait, tuple(steps), reason, here.theta.size, time.perf_counter() - began)
 
 
-def _improved(search: WeightSearch, here: Closed, largest: float, tell: Progress, refusals: list[str]) -> Closed | None:
+def _improved(
+    search: WeightSearch | GainSearch, here: Closed, largest: float, tell: Progress, refusals: list[str]
+) -> Closed | None:
     """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
     try:
-        proposed = least_bound(search.orbit, search.weighting, here.theta, tell)
+        proposed = least_bound(search.evaluate, here.theta, tell, search.largest)
     except WorkError as error:
         refusals.append(str(error))
         return None
@@ -186,14 +193,18 @@ def _report(step: Step) -> ProgressReport:
     )
 
 
-def _explanation(search: WeightSearch, here: Closed, free: Sequence[str], reason: str) -> str:
-    """Say which outputs limit the bound: by how much a weight on each coordinate would change it, best first."""
+def _explanation(search: WeightSearch | GainSearch, here: Closed, free: Sequence[str], reason: str) -> str:
+    """Say what limits the bound: by how much a weight on each coordinate, or a gain, would change it, best first."""
     effect = search.pulls(here.theta)
+    stays = f"the orbit stays unstable: best spectral radius of a gait cycle {here.radius:.4g} ({reason}); "
+    if isinstance(search, GainSearch):
+        strongest = sorted(effect, key=lambda name: -effect[name])[:6]
+        slopes = ", ".join(f"{name} ({effect[name]:.2g})" for name in strongest)
+        return f"{stays}slope of the logarithm of its bound in the logarithms of the gains: {slopes}"
     others = sorted((name for name in effect if name not in free), key=lambda name: -effect[name])[:3]
     limiting = ", ".join(f"{name} ({effect[name]:.2g})" for name in free)
     helpful = ", ".join(f"{name} ({effect[name]:.2g})" for name in others)
     return (
-        f"the orbit stays unstable: best spectral radius of a gait cycle {here.radius:.4g} ({reason}); "
-        f"slope of the logarithm of its bound in the weights that were free: {limiting}; "
+        f"{stays}slope of the logarithm of its bound in the weights that were free: {limiting}; "
         f"in those that were not: {helpful}"
     )

@@ -12,8 +12,9 @@ program is needed.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from amble.stability.fixed_point import FixedPoint
 from amble.stability.lyapunov import smoothed_radius
 from amble.stability.orbit import Orbit, sample_orbit
 from amble.stability.weighted_map import WeightedMap, Weighting, weighted_map
-from amble.types import Vector
+from amble.types import Matrix, Vector
 
 TRACE = 1e5
 """Bound c of trace W for states in natural units, so that no disturbance grows by more than sqrt(c)."""
@@ -46,18 +47,40 @@ LARGEST_DRIFT = 1e-3
 so that orbits under large weights lie up to 1e-5 away. More would be another gait."""
 
 
-def least_bound(orbit: Orbit, weighting: Weighting, theta: Vector, progress: Progress | None = None) -> Vector:
-    """Descend from theta to weights of least bound r, by L-BFGS.
+class ParametrisedMap(Protocol):
+    """The Poincare Jacobian for some values of the free parameters, such as ``weighted_map.WeightedMap``."""
+
+    @property
+    def matrix(self) -> Matrix:
+        """The Jacobian on the orbit's basis, (m, m)."""
+
+    def gradient(self, outer: Matrix) -> Vector:
+        """Return the gradient of a function whose slope with respect to ``matrix`` is outer."""
+
+
+def least_bound(
+    evaluate: Callable[[Vector], ParametrisedMap],
+    theta: Vector,
+    progress: Progress | None = None,
+    largest: float | None = None,
+) -> Vector:
+    """Descend from theta to parameters of least bound r, by L-BFGS.
+
+    Args:
+        evaluate: what a choice of the parameters makes of the return map.
+        theta: where to start.
+        progress: called after every evaluation.
+        largest: bound of every parameter's size; none by default.
 
     Raises:
-        NotSolvedError: the return map of some weights cannot be computed.
+        NotSolvedError: the return map of some parameters cannot be computed.
     """
     from scipy.optimize import minimize
 
     numbers = itertools.count(1)
 
     def objective(trial: Vector) -> tuple[float, Vector]:
-        here = weighted_map(orbit, weighting, trial)
+        here = evaluate(trial)
         found = smoothed_radius(here.matrix, TRACE)
         if progress is not None:
             quantity = "contraction bound of the return map"
@@ -70,8 +93,10 @@ def least_bound(orbit: Orbit, weighting: Weighting, theta: Vector, progress: Pro
         return value, here.gradient(found.slope) + 2.0 * SIZE_PENALTY * trial
 
     options = {"maxfun": EVALUATIONS, "maxcor": MEMORY}
+    bounds = None if largest is None else [(-largest, largest)] * theta.size
     try:
-        return np.asarray(minimize(objective, theta, jac=True, method="L-BFGS-B", options=options).x)
+        found = minimize(objective, theta, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        return np.asarray(found.x)
     except (InputError, np.linalg.LinAlgError) as error:
         raise NotSolvedError(f"no return map for the weights that the descent tried: {error}") from None
 
@@ -114,6 +139,13 @@ class WeightSearch:
     feedback: Feedback
     weighting: Weighting
     orbit: Orbit
+
+    largest = None
+
+    @property
+    def size(self) -> int:
+        """Number of free weights."""
+        return self.weighting.size
 
     @classmethod
     def of(cls, gait: Gait, free: Sequence[str]) -> WeightSearch:

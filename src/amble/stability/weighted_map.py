@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,13 +51,15 @@ class Weighting:
         return np.concatenate([slopes[name][mask] for name, mask in self.free.items()])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Transport:
     """Fundamental solutions of one domain for given weights.
 
     Attributes:
         whole: Phi(T, 0), (n_x, n_x).
         until: Phi(t_k, 0) at all Gauss nodes, (k, n_x, n_x).
+        within: Phi from the beginning of every panel to its nodes, (panels, stages, n_x, n_x).
+        across: Phi across every panel, (panels, n_x, n_x).
         response: K at the nodes, (k, n_q, n_y).
         error: E at the nodes, (k, n_a, n_x).
         measure: quadrature weights over time, (k,), s.
@@ -65,6 +67,8 @@ class Transport:
 
     whole: Matrix
     until: NodeValues
+    within: NodeValues
+    across: NodeValues
     response: NodeValues
     error: NodeValues
     measure: Vector
@@ -98,25 +102,35 @@ class WeightedMap:
         dPhi(T, 0) = - int Phi(T, t) [0; K] dH E Phi(t, 0) dt.
         """
         collected = {}
-        for domain, (left, right), transport in zip(self.orbit.domains, self._sides(), self.transports, strict=True):
-            before, after = _sandwich(left, right, transport)
+        both = sides(self.orbit, self.transports)
+        for domain, (left, right), transport in zip(self.orbit.domains, both, self.transports, strict=True):
+            before, after = sandwiched(left, right, transport)
             collected[domain.name] = -np.einsum(
                 "k,kmr,mn,kcn->rc", transport.measure, after, outer, before, optimize=True
             )
         return self.weighting.gather(collected)
 
-    def _sides(self) -> list[tuple[Matrix, Matrix]]:
-        """What stands left and right of Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis."""
-        factors = [d.event @ t.whole for d, t in zip(self.orbit.domains, self.transports, strict=True)]
-        sides = []
-        for index, domain in enumerate(self.orbit.domains):
-            left, right = self.orbit.dual, self.orbit.basis
-            for later in reversed(factors[index + 1 :]):
-                left = left @ later
-            for earlier in factors[:index]:
-                right = earlier @ right
-            sides.append((left @ domain.event, right))
-        return sides
+
+def sides(orbit: Orbit, transports: Sequence[Transport]) -> list[tuple[Matrix, Matrix]]:
+    """Return what stands left and right of Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis."""
+    factors = [d.event @ t.whole for d, t in zip(orbit.domains, transports, strict=True)]
+    found = []
+    for index, domain in enumerate(orbit.domains):
+        left, right = orbit.dual, orbit.basis
+        for later in reversed(factors[index + 1 :]):
+            left = left @ later
+        for earlier in factors[:index]:
+            right = earlier @ right
+        found.append((left @ domain.event, right))
+    return found
+
+
+def reduced(orbit: Orbit, transports: Sequence[Transport]) -> Matrix:
+    """Return the Poincare Jacobian on the orbit's basis, (m, m)."""
+    total = orbit.basis
+    for domain, transport in zip(orbit.domains, transports, strict=True):
+        total = domain.event @ (transport.whole @ total)
+    return orbit.dual @ total
 
 
 def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedMap:
@@ -125,22 +139,28 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
     transports = tuple(
         _transport(domain, weighting.packed[domain.name], weights[domain.name]) for domain in orbit.domains
     )
-    total = orbit.basis
-    for domain, transport in zip(orbit.domains, transports, strict=True):
-        total = domain.event @ (transport.whole @ total)
-    return WeightedMap(orbit.dual @ total, orbit, weighting, transports)
+    return WeightedMap(reduced(orbit, transports), orbit, weighting, transports)
 
 
 def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
-    """Solve Phi' = F(t) Phi by Gauss collocation, all panels at once."""
-    parameters = repacked(packed, weights)
+    jacobian, response, error = along_orbit(domain, repacked(packed, weights))
+    return transported(domain, jacobian, response @ np.linalg.pinv(weights), error)
+
+
+def along_orbit(domain: DomainOrbit, parameters: Vector) -> list[NodeValues]:
+    """Return the results of ``DomainOrbit.variation`` at all Gauss nodes, (k, rows, columns) each."""
     size, count = domain.states.shape[-1], PANELS * STAGES
-    step = domain.duration / PANELS
     found = bind(domain.variation, parameters).along(domain.clock.ravel(), domain.states.reshape(count, size))
-    jacobian, response, error = (
+    return [
         flat.reshape(count, *reversed(domain.variation.size_out(number))).transpose(0, 2, 1)
         for number, flat in enumerate(found)
-    )
+    ]
+
+
+def transported(domain: DomainOrbit, jacobian: NodeValues, response: NodeValues, error: NodeValues) -> Transport:
+    """Solve Phi' = F(t) Phi by Gauss collocation, all panels at once; F is ``jacobian``, the rest goes along."""
+    size, count = domain.states.shape[-1], PANELS * STAGES
+    step = domain.duration / PANELS
     fields = jacobian.reshape(PANELS, STAGES, size, size)
     # (1 - h A (x) F) Z = 1 (x) I in every panel
     coupling = step * np.einsum("ij,pjab->piajb", RULE.integration, fields).reshape(PANELS, STAGES * size, -1)
@@ -153,20 +173,26 @@ def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transpor
         until[panel] = inner[panel] @ whole
         whole = across[panel] @ whole
     return Transport(
-        whole,
-        until.reshape(count, size, size),
-        response @ np.linalg.pinv(weights),
-        error,
-        np.tile(step * RULE.weights, PANELS),
+        whole=whole,
+        until=until.reshape(count, size, size),
+        within=inner,
+        across=across,
+        response=response,
+        error=error,
+        measure=np.tile(step * RULE.weights, PANELS),
     )
 
 
-def _sandwich(left: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
-    """Return E Phi(t_k, 0) right, (k, n_a, m), and left Phi(T, t_k) [0; K], (k, m, n_y)."""
+def sandwiched(left: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
+    """Return E Phi(t_k, 0) right, (k, n_a, m), and left Phi(T, t_k) [0; K], (k, m, n_y).
+
+    Phi(T, t_k) goes back panel by panel, so that modes that die out within a domain do no harm.
+    """
     before = transport.error @ (transport.until @ right)
-    half = transport.response.shape[1]
-    # Phi(T, t_k) = Phi(T, 0) Phi(t_k, 0)^-1, applied from the left to the few rows of ``left``
-    onward = np.linalg.solve(
-        transport.until.transpose(0, 2, 1), np.broadcast_to((left @ transport.whole).T, (len(before), *left.T.shape))
-    ).transpose(0, 2, 1)
-    return before, onward[:, :, half:] @ transport.response
+    half, size = transport.response.shape[1], transport.whole.shape[0]
+    onward, rows = np.empty((PANELS, STAGES, *left.shape)), left
+    for panel in reversed(range(PANELS)):
+        rows = rows @ transport.across[panel]
+        backward = transport.within[panel].transpose(0, 2, 1)
+        onward[panel] = np.linalg.solve(backward, np.broadcast_to(rows.T, (STAGES, *rows.T.shape))).transpose(0, 2, 1)
+    return before, onward.reshape(PANELS * STAGES, -1, size)[:, :, half:] @ transport.response

@@ -1,0 +1,196 @@
+"""Joint impedance about a gait's own orbit (docs/theory/impedance.md).
+
+u = u_d(t) - P (q_j - q_d(t)) - D (q_j' - q_d'(t)): the torques that an allocation law applies on the orbit, and joint
+springs and dampers of constant gains about the orbit's joint angles. It reads joints and contacts only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+
+from amble.control import AllocationLaw
+from amble.control.allocation.law import finite
+from amble.errors import InputError, UnknownNameError, shown
+from amble.gait.control_law import CONTROL_LAWS, Numbers, TorqueLaw
+from amble.gait.orbit import OrbitArc, orbit_arcs
+from amble.gait.record import Gait
+from amble.hybrid import Contacts, Stance
+from amble.numerics.pieces import ORDER, evaluated, padded
+from amble.robot import Robot
+from amble.types import Vector, frozen
+
+STANCE = 0.541, 0.0724
+SWING = 0.2165, 0.0181
+"""Default stiffness over m g l and damping over m g l sqrt(l / g), of the joints of stance and of swing legs: 100 and
+40 N m/rad, 4 and 1 N m s/rad on ASTRo."""
+
+SINGLE = "stiffness", "damping"
+
+HOLD = 1.5
+"""Share of the planned duration until which the references go on; then they stand still."""
+
+GROUP = 4
+"""Pieces are counted up to a multiple of this, so that gaits of one robot mostly share compiled code."""
+
+
+@dataclass(frozen=True)
+class Impedance(TorqueLaw):
+    """Feed-forward from the orbit and constant joint gains; what is not given follows from the robot's size.
+
+    Attributes:
+        stance_stiffness: P of joints of legs on the ground, N m/rad.
+        stance_damping: D of those, N m s/rad.
+        swing_stiffness: P of the other joints, N m/rad.
+        swing_damping: D of those, N m s/rad.
+        stiffness: P of single joints in single domains, "DOMAIN JOINT" -> N m/rad.
+        damping: D of those, N m s/rad.
+
+    Raises:
+        InputError: a gain is not a finite number, or negative.
+    """
+
+    units: ClassVar[Mapping[str, str]] = {
+        "stance_stiffness": "N m/rad",
+        "stance_damping": "N m s/rad",
+        "swing_stiffness": "N m/rad",
+        "swing_damping": "N m s/rad",
+        "stiffness": "N m/rad",
+        "damping": "N m s/rad",
+    }
+
+    stance_stiffness: float | None = None
+    stance_damping: float | None = None
+    swing_stiffness: float | None = None
+    swing_damping: float | None = None
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    damping: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse feedback that drives away."""
+        given = {what: value for what, value in vars(self).items() if what not in SINGLE}
+        for what in SINGLE:
+            single = vars(self)[what]
+            if not isinstance(single, Mapping):
+                raise InputError(f"the {what} is {shown(single)}, not a number for every joint of a domain")
+            given |= {f"{what} of '{shown(key)}'": value for key, value in single.items()}
+        for what, value in given.items():
+            if value is not None and finite(what.replace("_", " "), value) < 0.0:
+                raise InputError(f"the {what.replace('_', ' ')} is {value:g}; it must not be negative")
+
+    def __hash__(self) -> int:
+        """Mappings have no hash of their own."""
+        single = (frozenset(self.stiffness.items()), frozenset(self.damping.items()))
+        return hash((self.stance_stiffness, self.stance_damping, self.swing_stiffness, self.swing_damping, *single))
+
+    @property
+    def name(self) -> str:
+        """Name in files and on the command line."""
+        return "impedance"
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The gains that are given."""
+        return {key: dict(v) if isinstance(v, Mapping) else v for key, v in vars(self).items() if v not in (None, {})}
+
+    def joint_gains(self, robot: Robot, stance: Stance) -> tuple[Vector, Vector]:
+        """Return P, N m/rad, and D, N m s/rad, of all joints in a stance, (n_joints,) each.
+
+        Raises:
+            UnknownNameError: a gain names a joint that the robot does not have.
+        """
+        length = robot.leg_length
+        scale = robot.mass * abs(robot.gravity) * length
+        units = scale, scale * float(np.sqrt(length / abs(robot.gravity)))
+        standing = {joint for foot in stance.feet for joint in robot.legs[foot]}
+        found = []
+        for what, unit, on, off in zip(SINGLE, units, STANCE, SWING, strict=True):
+            single, stand, swing = (vars(self)[name] for name in (what, f"stance_{what}", f"swing_{what}"))
+            high, low = (on * unit if stand is None else stand), (off * unit if swing is None else swing)
+            for key in single:
+                if key.partition(" ")[2] not in robot.joint_names:
+                    raise UnknownNameError(f"joint with a {what} of its own", key.partition(" ")[2], robot.joint_names)
+            values = [
+                single.get(f"{stance.name} {joint}", high if joint in standing else low) for joint in robot.joint_names
+            ]
+            found.append(frozen(values))
+        return found[0], found[1]
+
+    def packed(self, gait: Gait, domain: str) -> Vector:
+        """Pack a domain with the feed-forward of the gait's own allocation law; see ``numbers``."""
+        place = [stance.name for stance in gait.pattern.solved].index(domain)
+        return self.numbers(gait, None)[place].parameters
+
+    def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
+        """Follow the orbit and take the torques of an allocation law along it.
+
+        Raises:
+            InputError: the gait does not hold its closed loop's own orbit.
+        """
+        known = [stance.name for stance in gait.pattern.solved]
+        for key in (*self.stiffness, *self.damping):
+            if key.partition(" ")[0] not in known:
+                raise UnknownNameError("domain with a gain of its own", key.partition(" ")[0], known)
+        arcs = orbit_arcs(gait, allocation or gait.law)
+        return tuple(
+            self._of_arc(gait.robot, stance, arc) for stance, arc in zip(gait.pattern.solved, arcs, strict=True)
+        )
+
+    def _of_arc(self, robot: Robot, stance: Stance, arc: OrbitArc) -> Numbers:
+        P, D = self.joint_gains(robot, stance)
+        hold = HOLD * arc.duration
+        count = -(-arc.torques.count // GROUP) * GROUP
+        places, angles = padded(arc.joints, count)
+        _, torques = padded(arc.torques, count)
+        end = arc.torques.breaks[-1]
+        parts = [np.array([end, hold]), P, D, places.ravel(), angles.ravel(), torques.ravel()]
+        return Numbers(
+            parameters=frozen(np.concatenate(parts)), breakpoints=(*map(float, arc.torques.breaks[1:]), hold)
+        )
+
+    def gains(self, gait: Gait, domain: str) -> Mapping[str, int]:
+        """All of them: one P and one D a joint and domain."""
+        joints = gait.robot.joint_names
+        places = {f"{domain} {joint} stiffness": 2 + number for number, joint in enumerate(joints)}
+        return places | {f"{domain} {joint} damping": 2 + len(joints) + n for n, joint in enumerate(joints)}
+
+    def with_gains(self, values: Mapping[str, float]) -> Impedance:
+        """Return the law with other gains, by the labels of ``gains``."""
+        chosen = {what: dict(vars(self)[what]) for what in SINGLE}
+        for label, value in values.items():
+            key, _, what = label.rpartition(" ")
+            chosen[what][key] = float(value)
+        return replace(self, stiffness=chosen["stiffness"], damping=chosen["damping"])
+
+    @staticmethod
+    def torques(contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
+        """Write equations (1) and (2); the gains are among the parameters, so that all share one expression."""
+        # shorthand
+        joints = len(contacts.robot.joints)
+        angle, rate, torque = references(p, joints, t)
+        P, D = p[2 : 2 + joints], p[2 + joints : 2 + 2 * joints]
+
+        return torque - P * (q[-joints:] - angle) - D * (v[-joints:] - rate)
+
+
+def references(p: ca.SX, joints: int, t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Write q_d, q_d' and u_d at a clock from packed parameters, (n_joints,) each.
+
+    After the end of the pieces angles go on at their last rate and torques stay, until ``HOLD``; then all stand still.
+    """
+    size = joints * (ORDER + 1)
+    end, hold, rest = p[0], p[1], p[2 + 2 * joints :]
+    count = rest.numel() // (2 + 2 * size)
+    places = ca.reshape(rest[: 2 * count], count, 2).T
+    inside = ca.fmin(t, end)
+    angles, torques = ca.vertsplit(rest[2 * count :], count * size)
+    angle, rate = evaluated(places, angles, joints, inside)
+    torque, _ = evaluated(places, torques, joints, inside)
+    return angle + rate * (ca.fmin(t, hold) - inside), ca.if_else(t < hold, rate, 0.0), torque
+
+
+CONTROL_LAWS.register("impedance", Impedance)

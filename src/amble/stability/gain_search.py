@@ -1,0 +1,219 @@
+"""The closed loop of a gait under a torque law with free gains: what is ``weight_search`` for output weights.
+
+On the orbit the torques of feedback vanish whatever the gains are, so the orbit, its events and the slopes of its
+resets stay, and one gain changes the slope of the field by [0; G d^2 u / (dp dx)] alone, G the response of the
+accelerations to the torques: of rank one for the gain of one joint (docs/theory/impedance.md, eq. 7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+
+from amble.errors import InputError, WorkError
+from amble.gait import Feedback, Gait
+from amble.gait.closed_loop import symmetries
+from amble.gait.control_law import Numbers, TorqueLaw
+from amble.robot.natural_units import natural_units
+from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedback
+from amble.stability.lyapunov import smoothed_radius
+from amble.stability.orbit import Orbit, sample_orbit
+from amble.stability.weight_search import LARGEST_DRIFT, TRACE, Closed
+from amble.stability.weighted_map import Transport, along_orbit, reduced, sandwiched, sides, transported
+from amble.types import Matrix, NodeValues, Vector
+
+if TYPE_CHECKING:
+    from amble.hybrid import HybridSystem
+    from amble.stability.fixed_point import FixedPoint
+
+LARGEST_CHANGE = float(np.log(4.0))
+"""Gains stay within this factor of where they start, either way, as a logarithm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GainMap:
+    """The Poincare Jacobian on the orbit's basis for one choice of gains, and what its gradient needs.
+
+    Attributes:
+        matrix: (m, m).
+        search: the gait with its orbit.
+        values: the gains, (size,).
+        packed: solved domain -> p with these gains.
+        transports: one a domain.
+    """
+
+    matrix: Matrix
+    search: GainSearch
+    values: Vector
+    packed: Mapping[str, Vector]
+    transports: tuple[Transport, ...]
+
+    def gradient(self, outer: Matrix) -> Vector:
+        """Return the gradient in the logarithms of the gains of a function whose slope in ``matrix`` is outer."""
+        found = np.zeros(self.values.size)
+        both = sides(self.search.orbit, self.transports)
+        for domain, (left, right), transport in zip(self.search.orbit.domains, both, self.transports, strict=True):
+            before, after = sandwiched(left, right, transport)
+            weights = np.einsum("k,kmj,mn,kxn->kjx", transport.measure, after, outer, before, optimize=True)
+            pulled = self.search.pulled(domain.name, self.packed[domain.name], weights)
+            for label, place in self.search.places[domain.name].items():
+                found[self.search.labels.index(label)] += pulled[place]
+        return found * self.values
+
+
+@dataclass(frozen=True, kw_only=True)
+class GainSearch:
+    """A gait under a torque law with free gains; theta are the logarithms of the gains over where they start.
+
+    Attributes:
+        gait: the gait, with feedback on its own orbit.
+        law: its control law, with the gains of theta = 0.
+        places: solved domain -> label of a gain -> place in p.
+        packed: solved domain -> p at theta = 0.
+        orbit: the orbit.
+    """
+
+    gait: Gait
+    law: TorqueLaw
+    places: Mapping[str, Mapping[str, int]]
+    packed: Mapping[str, Vector]
+    orbit: Orbit
+
+    largest = LARGEST_CHANGE
+
+    @classmethod
+    def of(cls, gait: Gait) -> GainSearch:
+        """Start at the gains of the gait's control law.
+
+        Raises:
+            InputError: the law has no positive gains that could be chosen.
+            FallError, NotSolvedError: the closed loop has no orbit near the gait.
+        """
+        law = gait.control
+        if not isinstance(law, TorqueLaw):
+            raise InputError("the gait's control law gives no torques, so it has no gains that could be chosen")
+        whole = gait if gait.feedback is not None else replace(gait, feedback=own_feedback(gait))
+        numbers = dict(zip((stance.name for stance in gait.pattern.solved), law.numbers(whole, None), strict=True))
+        places = {
+            name: {label: place for label, place in law.gains(whole, name).items() if entry.parameters[place] > 0.0}
+            for name, entry in numbers.items()
+        }
+        if not any(places.values()):
+            raise InputError(f"control law '{law.name}' has no positive gains that could be chosen")
+        packed = {name: entry.parameters for name, entry in numbers.items()}
+        system, found = closed_loop_fixed_point(whole)
+        feedback: Feedback | None = whole.feedback and replace(whole.feedback, start=np.array(found.state))
+        whole = replace(whole, feedback=feedback)
+        orbit = _sampled(whole, law, tuple(numbers.values()), system, found)
+        return cls(gait=whole, law=law, places=places, packed=packed, orbit=orbit)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The free gains."""
+        return tuple(dict.fromkeys(label for domain in self.places.values() for label in domain))
+
+    @property
+    def size(self) -> int:
+        """Number of free gains."""
+        return len(self.labels)
+
+    def values(self, theta: Vector) -> Vector:
+        """Return the gains, in the order of ``labels``."""
+        start = {
+            label: self.packed[name][place] for name, places in self.places.items() for label, place in places.items()
+        }
+        return np.array([start[label] for label in self.labels]) * np.exp(theta)
+
+    def evaluate(self, theta: Vector) -> GainMap:
+        """Evaluate the return map's Jacobian on the stored orbit."""
+        values, packed = self.values(theta), {}
+        for name, places in self.places.items():
+            packed[name] = np.array(self.packed[name])
+            for label, place in places.items():
+                packed[name][place] = values[self.labels.index(label)]
+        transports = tuple(_transport(domain.name, self.orbit, packed[domain.name]) for domain in self.orbit.domains)
+        matrix = reduced(self.orbit, transports)
+        return GainMap(matrix=matrix, search=self, values=values, packed=packed, transports=transports)
+
+    def pulled(self, domain: str, packed: Vector, weights: NodeValues) -> Vector:
+        """Return the gradient in p of the sum over all nodes of the weights (k, n_joints, n_x) times du/dx."""
+        pattern = self.gait.pattern
+        contacts, size = pattern.contacts(pattern.stance(domain)), self.gait.robot.size
+        t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2 * size), ca.SX.sym("p", packed.size)
+        outer = ca.SX.sym("outer", weights.shape[1], weights.shape[2])
+        u = self.law.torques(contacts, t, x[:size], x[size:], p)
+        slope = ca.gradient(ca.sum2(ca.sum1(outer * ca.jacobian(u, x))), p)
+        function = ca.Function("pulled", [t, x, p, outer], [ca.densify(slope)])
+        here = next(entry for entry in self.orbit.domains if entry.name == domain)
+        count = len(weights)
+        clock, states = here.clock.reshape(1, count), here.states.reshape(count, -1).T
+        stacked = np.concatenate(list(weights), axis=1)
+        found = function.map(count)(clock, states, np.tile(packed[:, None], count), stacked)
+        return np.asarray(ca.DM(found)).sum(axis=1)
+
+    def close(self, theta: Vector) -> Closed:
+        """Find the closed loop's own fixed point with other gains, and its radius and bound there.
+
+        Raises:
+            FallError, NotSolvedError: there is none.
+            WorkError: it is another gait's.
+        """
+        values = dict(zip(self.labels, map(float, self.values(theta)), strict=True))
+        gait = replace(self.gait, control=self.law.with_gains(values)) if np.any(theta) else self.gait
+        feedback = gait.feedback
+        if feedback is None:
+            raise InputError("a gait without feedback has no orbit of its own to be stabilised")
+        system, found = closed_loop_fixed_point(gait)
+        drift = float(np.abs(found.state - feedback.start)[2:].max())
+        if drift > LARGEST_DRIFT:
+            raise WorkError(f"new gains moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")
+        matrix = self.orbit.dual @ found.monodromy.matrix @ self.orbit.basis
+        power = 2 if gait.pattern.mirrored else 1
+        return Closed(
+            theta=theta,
+            gait=replace(gait, feedback=replace(feedback, start=np.array(found.state))),
+            system=system,
+            found=found,
+            radius=float(np.abs(np.linalg.eigvals(matrix)).max()) ** power,
+            bound=smoothed_radius(matrix, TRACE).value ** power,
+            drift=drift,
+        )
+
+    def around(self, there: Closed) -> GainSearch:
+        """Go on from a closed loop; the orbit stays, and gains keep their bounds."""
+        del there
+        return self
+
+    def pulls(self, theta: Vector) -> dict[str, float]:
+        """Return by how much every gain would change log r: label -> size of the slope."""
+        here = self.evaluate(theta)
+        slope = here.gradient(smoothed_radius(here.matrix, TRACE).slope)
+        return dict(zip(self.labels, map(float, np.abs(slope)), strict=True))
+
+
+def _transport(name: str, orbit: Orbit, packed: Vector) -> Transport:
+    domain = next(entry for entry in orbit.domains if entry.name == name)
+    jacobian, response = along_orbit(domain, packed)
+    size = jacobian.shape[-1]
+    return transported(domain, jacobian, response, np.broadcast_to(np.eye(size), (len(jacobian), size, size)))
+
+
+def _sampled(
+    gait: Gait, law: TorqueLaw, numbers: tuple[Numbers, ...], system: HybridSystem, found: FixedPoint
+) -> Orbit:
+    names = [stance.name for stance in gait.pattern.solved]
+    loops = dict(zip(names, law.loops(gait, None, numbers), strict=True))
+    durations = dict(zip(names, found.monodromy.durations, strict=True))
+    turns = [item.generator(found.state) for item in symmetries(gait, law) if item.name == "yaw"]
+    return sample_orbit(
+        system,
+        found.state,
+        loops,
+        durations,
+        natural_units(gait.robot, float(found.state[2])),
+        [np.asarray(turn).ravel() for turn in turns],
+    )
