@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw, BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
-from amble.export.law import stance_law
+from amble.export.law import stance_laws
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.simulation import simulate
@@ -86,7 +86,7 @@ def _rules(gait: Gait) -> dict[str, tuple[Callable[[float, Vector], Vector], lis
 
 
 def _law(gait: Gait, law: AllocationLaw) -> Callable[[float, Vector], Vector]:
-    found = stance_law(gait, law, gait.pattern.solved[STANCE])
+    found = stance_laws(gait, law)[STANCE]
     function: ca.Function = found.function
     return lambda clock, x: np.asarray(function(clock, x, found.parameters)[0].full()).ravel()
 

@@ -66,6 +66,15 @@ class JointImpedance(TorqueLaw):
         """The end of the curves."""
         return (float(self.packed(gait, stance.name)[0]),)
 
+    def gains(self, gait: Gait, domain: str) -> Mapping[str, int]:
+        """Both gains, the same in every domain: where they stand in ``packed``."""
+        del gait, domain
+        return {"stiffness": 1, "damping": 2}
+
+    def with_gains(self, values: Mapping[str, float]) -> JointImpedance:
+        """Return the law that stabilisation chose."""
+        return JointImpedance(values["stiffness"], values["damping"])
+
     def torques(self, contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
         """Write the law."""
         # shorthand

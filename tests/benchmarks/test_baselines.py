@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amble.control import BoundedMinimumNorm, PseudoInverse
-from amble.export.law import stance_law
+from amble.export.law import stance_laws
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.simulation import simulate
@@ -61,7 +61,7 @@ def test_the_bounded_law_does_not(
     stabilised_gait: Gait, motion: tuple[np.ndarray, np.ndarray], friction: float
 ) -> None:
     law = BoundedMinimumNorm(friction, stabilised_gait.limits.normal_force)
-    found = stance_law(stabilised_gait, law, stabilised_gait.pattern.solved[0])
+    found = stance_laws(stabilised_gait, law)[0]
     torques = [found.function(t, x, found.parameters)[0].full().ravel() for t, x in zip(*motion, strict=True)]
     fine, coarse = largest_steps(np.array(torques))
     assert fine < 1.0
@@ -73,7 +73,7 @@ def test_the_whole_body_program_finds_the_closed_form(
     stabilised_gait: Gait, task: Task, motion: tuple[np.ndarray, np.ndarray], solver: str
 ) -> None:
     """Another model, another formulation, other solvers: the minimum norm where no limit is active."""
-    found = stance_law(stabilised_gait, PseudoInverse(), stabilised_gait.pattern.solved[0])
+    found = stance_laws(stabilised_gait, PseudoInverse())[0]
     with resources.as_file(resources.files("amble.robot.catalogue") / "astro.urdf") as path:
         whole = WholeBodyProgram(task, str(path))
     compared = 0

@@ -12,9 +12,12 @@ from examples.extending.control_joint_pd import JointImpedance
 
 from amble.control import PseudoInverse
 from amble.errors import InputError
+from amble.export.law import stance_laws
 from amble.gait import Gait
-from amble.gait.closed_loop import InputOutputLinearisation, closed_loop, start_state
+from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.control_law import CONTROL_LAWS
+from amble.gait.files import content_hash, load_gait, save_gait
+from amble.gait.linearising_law import InputOutputLinearisation
 from amble.hybrid import HybridSystem
 from amble.simulation import simulate
 from amble.verification.stance_model import terms
@@ -87,6 +90,36 @@ def test_the_gains_of_the_gait_are_its_own_law(walking_gait: Gait) -> None:
         "position_gain": 1.0,
         "velocity_gain": 2.0,
     }
+
+
+def test_a_gait_file_holds_it(walking_gait: Gait, tmp_path: Path) -> None:
+    under = replace(walking_gait, control=LAW)
+    again = load_gait(save_gait(under, tmp_path / "gait.json"))
+    assert again.control == LAW
+    assert content_hash(again) == content_hash(under) != content_hash(walking_gait)
+
+
+def test_it_is_exported_as_written(walking_gait: Gait) -> None:
+    """The exported function of a stance against the signals of the closed loop, at a disturbed state."""
+    under, generator = replace(walking_gait, control=LAW), np.random.default_rng(3)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMBLE_COMPILER", "none")
+        domains = closed_loop(under).domains
+    for law, domain, motion in zip(stance_laws(under, None), domains, under.domains, strict=False):
+        state = np.concatenate([motion.positions[4], motion.velocities[4]]) + generator.normal(0.0, 0.01, 36)
+        torque, force = (np.asarray(part).ravel() for part in law.function(0.02, state, law.parameters)[:2])
+        expected = [np.asarray(part).ravel() for part in domain.signals(0.02, state, domain.parameters)[:2]]
+        np.testing.assert_allclose(torque, expected[0], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(force, expected[1], rtol=1e-9, atol=1e-9)
+    with pytest.raises(InputError, match="takes no allocation law"):
+        stance_laws(under, PseudoInverse())
+
+
+def test_its_gains_can_be_chosen(walking_gait: Gait) -> None:
+    places = LAW.gains(walking_gait, "D1")
+    packed = LAW.packed(walking_gait, "D1")
+    assert {label: packed[place] for label, place in places.items()} == {"stiffness": 300.0, "damping": 8.0}
+    assert LAW.with_gains({"stiffness": 250.0, "damping": 7.0}) == JointImpedance(250.0, 7.0)
 
 
 def test_it_takes_no_allocation_law(walking_gait: Gait) -> None:

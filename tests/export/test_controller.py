@@ -307,7 +307,7 @@ def test_an_export_is_the_same_at_every_writing(gait: Gait, tmp_path: Path) -> N
 def test_a_folder_with_other_files_is_refused_before_the_work(
     gait: Gait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("amble.export.controller.stance_law", lambda *_: pytest.fail("the work has begun"))
+    monkeypatch.setattr("amble.export.controller.stance_laws", lambda *_: pytest.fail("the work has begun"))
     (tmp_path / "main.c").touch()
     with pytest.raises(InputError, match=r"'main\.c' in it was not written by this command"):
         export_controller(gait, None, tmp_path)

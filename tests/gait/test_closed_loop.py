@@ -14,8 +14,9 @@ from amble.control.phase import DomainPhase
 from amble.control.stance_functions import fall_margin
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait.closed_loop import closed_loop, keeps_phase, start_state
+from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.constraints import loop_parameters
+from amble.gait.linearising_law import keeps_phase
 from amble.hybrid import FLAT, Contacts, Domain, HybridSystem, Plane, Symmetry
 from amble.simulation import simulate
 from amble.types import Matrix, Vector

@@ -16,7 +16,9 @@ from examples.extending.phase_configuration import ConfigurationPhase
 from amble.control.allocation import BoundedMinimumNorm, DropActuator, WeightedMinimumNorm
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
-from amble.gait.files import load_gait, save_gait
+from amble.gait.files import content_hash, load_gait, save_gait
+from amble.gait.impedance import Impedance
+from amble.gait.linearising_law import InputOutputLinearisation
 from amble.gait.validation import LARGEST_NUMBER
 from amble.hybrid import HeightField, Plane
 from amble.robot import catalogue
@@ -65,6 +67,25 @@ def test_round_trip_is_exact(tmp_path: Path, seed: int, stabilised: bool) -> Non
     again = load_gait(save_gait(gait, tmp_path / "gait.json"))
     assert_same(gait, again)
     assert again.robot.hash == gait.robot.hash
+
+
+def test_a_control_law_reads_back_and_is_part_of_the_content(tmp_path: Path) -> None:
+    gait = random_gait(2)
+    law = Impedance(stance_stiffness=80.0, swing_damping=0.5, stiffness={"D1 fl_knee": 1.0 / 3.0})
+    under = replace(gait, control=law)
+    path = save_gait(under, tmp_path / "gait.json")
+    assert json.loads(path.read_text())["control_law"]["parameters"] == {
+        "stance_stiffness": {"value": 80.0, "unit": "N m/rad"},
+        "swing_damping": {"value": 0.5, "unit": "N m s/rad"},
+        "stiffness": {"D1 fl_knee": {"value": 1.0 / 3.0, "unit": "N m/rad"}},
+    }
+    assert load_gait(path).control == law
+    assert load_gait(path).gains == gait.gains
+    assert content_hash(load_gait(path)) == content_hash(under) != content_hash(gait)
+    own = replace(gait, control=InputOutputLinearisation(*gait.gains))
+    assert content_hash(own) == content_hash(gait)
+    with pytest.raises(InputError, match="has the gains of the gait"):
+        save_gait(replace(gait, control=InputOutputLinearisation(1.0, 2.0)), path)
 
 
 def test_ground_and_contact_are_in_the_file(tmp_path: Path) -> None:
@@ -193,7 +214,9 @@ WRONG = {
     "contact": (change("contact", "name", to="plate"), "unknown contact .* 'plate'; known: point"),
     "phase": (change("phase", "name", to="angle"), "unknown phase .* 'angle'; known: time"),
     "landing rule": (change("landing_rule", "name", to="any"), "unknown landing rule .* 'any'; known: simultaneous"),
-    "control law": (change("control_law", "name", to="impedance"), "unknown control law .*; known: input-output"),
+    "control law": (change("control_law", "name", to="servo"), "unknown control law .*; known: input-output"),
+    "parameters of the default law": (change("control_law", "parameters", to={}), "unknown key .* 'parameters'"),
+    "no parameters": (change("control_law", "name", to="impedance"), "'parameters' is missing"),
     "mesh": (change("mesh", "intervals", "D1", to=4), "shape 7, not 9"),
     "one node": (change("mesh", "intervals", "D1", to=0), "D1 is 0; it must be from 1"),
     "feedback duration": (change("feedback", "durations", "D1", "value", to=0.0), "D1 is 0; it must be positive"),

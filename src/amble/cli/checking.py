@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from amble.cli import options
 from amble.cli.console import progress
 from amble.cli.lines import tell_bounds, tell_certified
 from amble.cli.output import result, show
@@ -103,6 +104,8 @@ def _row(row: Residual) -> Json:
 def certify(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Where to write the certificate (JSON).")] = Path("certificate.json"),
+    law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
+    control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     allow_absurd_limits: Annotated[
         bool,
         typer.Option(
@@ -116,10 +119,11 @@ def certify(
     from amble.gait.files import load_gait
     from amble.workflow.certify import certify_into
 
-    walker = load_gait(gait)
+    walker = options.under(load_gait(gait), control)
+    chosen = None if law is None else options.parse_law(law, walker.pattern)
     try:
         with progress("certifying") as tell:
-            certificate = certify_into(walker, out, allow_absurd_limits=allow_absurd_limits, progress=tell)
+            certificate = certify_into(walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen, progress=tell)
     except WorkError:
         tell_bounds(walker)
         raise

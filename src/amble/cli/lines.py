@@ -30,7 +30,7 @@ def tell_stabilized(found: Stabilized) -> None:
     """Say how a stabilisation went."""
     show(
         f"spectral radius of the full cycle {found.initial:.4g} -> {found.radius:.4g}, contraction bound "
-        f"{found.bound:.4g}, in {len(found.steps) - 1} steps and {found.seconds:.1f} s ({found.parameters} weights): "
+        f"{found.bound:.4g}, in {len(found.steps) - 1} steps and {found.seconds:.1f} s ({found.parameters} free): "
         f"{found.reason}"
     )
     result(

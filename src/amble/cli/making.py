@@ -95,14 +95,15 @@ def stabilize(
     free: Annotated[
         list[str] | None, typer.Option(help="Coordinate with free weights.", show_default=", ".join(FREE))
     ] = None,
+    control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     method: Annotated[Method, METHOD_OPTION] = METHOD,
     out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
 ) -> None:
-    """Weight the outputs of a gait until its orbit is exponentially stable."""
+    """Choose output weights, or the gains of another feedback law, that make the orbit exponentially stable."""
     from amble.gait.files import load_gait, save_gait
     from amble.stability.stabilize import stabilization
 
-    walker = load_gait(gait)
+    walker = options.under(load_gait(gait), control)
     with progress("stabilising") as tell:
         found = stabilization(walker, tuple(free or FREE), method, tell)
     tell_stabilized(found)

@@ -5,6 +5,7 @@ A law is ``NAME`` or ``NAME:key=value,key=value``; a value is JSON or plain text
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from amble.io.reader import parse_json
 
 if TYPE_CHECKING:
     from amble.control.allocation import AllocationLaw
+    from amble.gait import Gait
     from amble.gait.control_law import ControlLaw
     from amble.hybrid import GaitPattern
     from amble.synthesis.specification import Specification
@@ -31,6 +33,7 @@ SYMMETRIZE = typer.Option(
     show_default=False,
 )
 
+CONTROL_HELP = "Feedback law: impedance, ... or with parameters, such as impedance:stance_stiffness=80."
 LAW_HELP = "Allocation law: pinv, drop, ... or with parameters, such as power:actuator=datasheet."
 
 
@@ -125,10 +128,15 @@ def parse_law(text: str, pattern: GaitPattern) -> AllocationLaw:
 
 def parse_control(text: str) -> ControlLaw:
     """Return the feedback law that a word on the command line means."""
-    import amble.gait.closed_loop  # noqa: F401  (registers the gait's own law)
+    import amble.gait.codec  # noqa: F401  (registers those that ship)
     from amble.gait.control_law import CONTROL_LAWS
 
     return CONTROL_LAWS.build(*_parts(text))
+
+
+def under(gait: Gait, control: str | None) -> Gait:
+    """Return a gait under the feedback law that a word on the command line means; its own where there is none."""
+    return gait if control is None else replace(gait, control=parse_control(control))
 
 
 def _parts(text: str) -> tuple[str, dict[str, Any]]:

@@ -28,9 +28,7 @@ def simulate(
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles to walk.")] = CYCLES,
     tolerance: Annotated[float, typer.Option(help="Relative and absolute tolerance of the integrator.")] = TOLERANCE,
     law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
-    control: Annotated[
-        str | None, typer.Option(help="Feedback law, such as NAME:key=value.", show_default="the gait's own")
-    ] = None,
+    control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     perturb: Annotated[float, typer.Option(min=0.0, help="Change of every start state, up or down at random.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the change.")] = 0,
     controller: Annotated[
@@ -48,7 +46,7 @@ def simulate(
     from amble.simulation import save_trace
     from amble.simulation import simulate as walk
 
-    walker = load_gait(gait)
+    walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     loop = exported_loop if controller is Controller.C else None
     with progress("simulating") as tell:
@@ -60,7 +58,6 @@ def simulate(
             seed=seed,
             engine=engine,
             law=chosen,
-            control=None if control is None else options.parse_control(control),
             loop=loop,
             progress=tell,
         )
@@ -106,6 +103,13 @@ def compare(
         show(law_table(found, motion, notes=chosen.notes).text())
     numbers = allocation_results(found)
     result(allocation=numbers, omitted=dict(chosen.omitted))
+    if walker.control is not None:
+        note = (
+            f"Under control law '{walker.control.name}' the laws share the orbit and its torques, not the multipliers: "
+            "each moves otherwise off the orbit and has its own certificate (certify --law) and trace (simulate --law)."
+        )
+        show(note)
+        result(note=note)
     if out is not None:
         wrote(write_results(out, {"allocation": numbers}))
     if figure is not None:
@@ -116,13 +120,14 @@ def compare(
 def export(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
+    control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the C files.")] = Path("controller"),
 ) -> None:
     """Write the controller as C: no heap, one header, a step function, test vectors and a program to replay them."""
     from amble.export import export_controller
     from amble.gait.files import load_gait
 
-    walker = load_gait(gait)
+    walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     with progress("exporting"):
         exported = export_controller(walker, chosen, out)

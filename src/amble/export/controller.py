@@ -10,9 +10,10 @@ from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.export.code import Code, c_code, filled, template
-from amble.export.law import LATEST, StanceLaw, stance_law, tables
+from amble.export.law import LATEST, StanceLaw, stance_laws, tables
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
+from amble.gait.linearising_law import control_of
 from amble.io.storage import check_replaceable, replacing_folder
 from amble.version import __version__
 
@@ -61,7 +62,7 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     for stance in gait.pattern.stances:
         if not stance.feet:
             raise InputError(f"stance '{stance.name}' has no foot on the ground; such gaits cannot be exported yet")
-    laws = [stance_law(gait, chosen, stance) for stance in gait.pattern.solved]
+    laws = stance_laws(gait, law)
     codes = [
         c_code(law.function, f"Law of stance {law.stance.name}, feet {', '.join(law.stance.feet)}.") for law in laws
     ]
@@ -109,6 +110,7 @@ def _comments(gait: Gait, law: AllocationLaw) -> Mapping[str, str]:
         "GAIT": gait.pattern.name,
         "ROBOT": gait.robot.name,
         "LAW": law.name,
+        "CONTROL": control_of(gait).name,
         "JOINTS": ", ".join(gait.robot.joint_names),
         "FEET": ", ".join(gait.robot.foot_names),
     }

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw, ContactLimits, margins
+from amble.control.driven_loop import driven_motion
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints
+from amble.errors import InputError
 from amble.export.code import comment
 from amble.gait import Gait
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
+from amble.gait.control_law import Numbers, TorqueLaw
+from amble.gait.linearising_law import InputOutputLinearisation, control_of
 from amble.hybrid import Stance
 from amble.names import identifier
 from amble.robot.mirror import SignedPermutation
@@ -46,8 +50,38 @@ class StanceLaw:
     duration: float
 
 
-def stance_law(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
-    """Write the law of a solved stance as an expression."""
+def stance_laws(gait: Gait, law: AllocationLaw | None) -> list[StanceLaw]:
+    """Write the laws of all solved stances under the gait's control law.
+
+    Raises:
+        InputError: the control law gives no torques as expressions, or an allocation law is given and it takes none.
+    """
+    control, solved = control_of(gait), gait.pattern.solved
+    if isinstance(control, InputOutputLinearisation):
+        gait = replace(gait, gains=(control.position_gain, control.velocity_gain))
+        return [_linearising(gait, law or gait.law, stance) for stance in solved]
+    if isinstance(control, TorqueLaw):
+        numbers = control.numbers(gait, law)
+        return [_driven(gait, control, stance, entry) for stance, entry in zip(solved, numbers, strict=True)]
+    raise InputError(f"control law '{control.name}' gives no torques as expressions, so it cannot be exported")
+
+
+def _driven(gait: Gait, control: TorqueLaw, stance: Stance, numbers: Numbers) -> StanceLaw:
+    contacts = gait.pattern.contacts(stance)
+    symbols, motion = driven_motion(contacts, control.torques, numbers.parameters.size)
+    q = symbols[1][: gait.robot.size]
+    limits = ContactLimits(contacts.ground.friction, gait.limits.normal_force)
+    margin = ca.mmin(margins(contacts, contacts.points(q), motion.forces, limits))
+    results = [ca.densify(motion.torques), ca.densify(contacts.on_every_foot(motion.forces)), ca.SX(1.0), margin]
+    name = f"amble_law_{identifier(stance.name)}"
+    function = ca.Function(name, symbols, ca.cse(results), ["t", "x", "p"], ["torque", "force", "pivot", "margin"])
+    duration = next(part.duration for part in gait.domains if part.name == stance.name)
+    if gait.feedback is not None:
+        duration = gait.feedback.durations[stance.name]
+    return StanceLaw(stance, function, numbers.parameters, float(duration))
+
+
+def _linearising(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
     robot, contacts = gait.robot, gait.pattern.contacts(stance)
     t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
     q, v = x[: robot.size], x[robot.size :]

@@ -18,13 +18,21 @@ ORDER = 11
 
 MOST_PIECES = 64
 
+MOST_LOOKS = 4000
+"""The most pieces that are tried."""
+
 NARROWEST = 1e-10
 """Share of the whole below which a piece is not halved any more: there the function jumps."""
 
+CLOSE, FINER = 1e-3, 0.05
+"""Pieces shorter than this share of the whole are there for a corner alone: they must meet the function to this share
+of the accuracy, so that the corner is located to what the long pieces beside it do not see any more."""
+
 NODES = np.cos(np.pi * (np.arange(ORDER + 1)[::-1] + 0.5) / (ORDER + 1))
-BETWEEN = np.linspace(-1.0, 1.0, 2 * ORDER + 3)[1:-1]
+BETWEEN = np.linspace(-1.0, 1.0, 2 * ORDER + 3)
 SAMPLES = np.concatenate([NODES, BETWEEN])
-"""Where a piece is sampled, on [-1, 1]: at Chebyshev nodes to fit, between them to see whether that is enough."""
+"""Where a piece is sampled, on [-1, 1]: at Chebyshev nodes to fit, between them and at the ends, where a corner
+hides else, to see whether that is enough."""
 
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, ORDER))
 TO_POWERS = np.stack(
@@ -88,9 +96,15 @@ def fitted(curve: Curve, start: float, end: float, accuracy: float) -> Pieces:
     Raises:
         WorkError: the function is not finite, or has so many corners that ``MOST_PIECES`` do not do.
     """
-    breaks = [start, end]
+    breaks, whole, looks = [start, end], end - start, itertools.count(1)
+
+    def met(a: float, b: float) -> bool:
+        if next(looks) > MOST_LOOKS:
+            raise WorkError(f"a curve is not met to {accuracy:g} by polynomial pieces, however they are cut")
+        return _sampled(curve, a, b)[1] <= accuracy * (1.0 if b - a > CLOSE * whole else FINER)
+
     while True:
-        cuts = [cut for a, b in itertools.pairwise(breaks) for cut in _cuts(curve, a, b, accuracy, end - start)]
+        cuts = [cut for a, b in itertools.pairwise(breaks) for cut in _cuts(met, a, b, whole)]
         if not cuts:
             break
         breaks = sorted({*breaks, *cuts})
@@ -100,15 +114,15 @@ def fitted(curve: Curve, start: float, end: float, accuracy: float) -> Pieces:
     return Pieces(breaks=frozen(breaks), coefficients=frozen(np.array(pieces)))
 
 
-def _cuts(curve: Curve, a: float, b: float, accuracy: float, whole: float) -> list[float]:
+def _cuts(met: Callable[[float, float], bool], a: float, b: float, whole: float) -> list[float]:
     """Where to cut an interval; nothing where one piece meets the function."""
     narrow = b - a <= 2.0 * NARROWEST * whole
-    if _sampled(curve, a, b)[1] <= accuracy:
+    if met(a, b):
         return []
     middle = 0.5 * (a + b)
     if narrow:
         return [middle] if b - a > NARROWEST * whole else []
-    halves = _cuts(curve, a, middle, accuracy, whole) + _cuts(curve, middle, b, accuracy, whole)
+    halves = _cuts(met, a, middle, whole) + _cuts(met, middle, b, whole)
     return halves or [middle]
 
 

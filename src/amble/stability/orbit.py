@@ -71,8 +71,8 @@ class Orbit:
         domains: in order of the cycle.
         start: fixed point of the Poincare map, (n_x,).
         basis: columns spanning the image of the last event, less horizontal position and other neutral directions,
-            orthonormal where every state is counted in its unit, (n_x, m): every state after the reset lies in it, so the
-            multipliers of the map are those of dual A basis.
+            orthonormal where every state is counted in its unit, (n_x, m): every state after the reset lies in it, so
+            the multipliers of the map are those of dual A basis.
         dual: the left inverse of basis that takes a state to its coordinates, (m, n_x).
     """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from amble.control import AllocationLaw
 from amble.errors import WorkError
 from amble.gait import Gait
 from amble.progress import Progress, ProgressReport, silent
@@ -15,7 +16,12 @@ CERTIFICATE = "certificate.json"
 
 
 def certify_into(
-    gait: Gait, out: Path | None, *, allow_absurd_limits: bool = False, progress: Progress | None = None
+    gait: Gait,
+    out: Path | None,
+    *,
+    allow_absurd_limits: bool = False,
+    law: AllocationLaw | None = None,
+    progress: Progress | None = None,
 ) -> Certificate:
     """Certify a gait and write the certificate; errors as in ``amble.certify``.
 
@@ -25,15 +31,16 @@ def certify_into(
         gait: the gait.
         out: the file; None writes nothing.
         allow_absurd_limits: see ``amble.certify``.
+        law: see ``amble.certify``.
         progress: called with what is being computed, and with the file that was written.
     """
     tell = progress or silent
     try:
-        certificate = certify(gait, allow_absurd_limits=allow_absurd_limits, progress=tell)
+        certificate = certify(gait, allow_absurd_limits=allow_absurd_limits, law=law, progress=tell)
     except WorkError as error:
         if out is not None:
-            tell(ProgressReport(what="wrote", file=write_results(out, refusal_to_dict(gait, error))))
+            tell(ProgressReport(what="wrote", file=write_results(out, refusal_to_dict(gait, error, law))))
         raise
     if out is not None:
-        tell(ProgressReport(what="wrote", file=write_results(out, certificate_to_dict(gait, certificate))))
+        tell(ProgressReport(what="wrote", file=write_results(out, certificate_to_dict(gait, certificate, law))))
     return certificate

@@ -1,7 +1,8 @@
 /* @TITLE@
  *
- * Written by amble @VERSION@ from gait '@GAIT@' of robot '@ROBOT@' with allocation law '@LAW@'. C99, no heap, no
- * library but libm, no global state that changes: everything a controller remembers is in one struct.
+ * Written by amble @VERSION@ from gait '@GAIT@' of robot '@ROBOT@' with control law '@CONTROL@' and allocation law
+ * '@LAW@'. C99, no heap, no library but libm, no global state that changes: all that a controller remembers is in one
+ * struct.
  *
  * Units: s, rad, m, N m, N. q = (x, y, z, roll, pitch, yaw, joints), R = Rx(roll) Ry(pitch) Rz(yaw); qd = dq/dt.
  * Joints: @JOINTS@.

@@ -1,0 +1,93 @@
+/* @TITLE@
+ *
+ * Written by amble @VERSION@ from gait '@GAIT@' of robot '@ROBOT@' with control law '@CONTROL@' and allocation law
+ * '@LAW@'. C99, no heap, no library but libm, no global state that changes: all that a controller remembers is in one
+ * struct.
+ *
+ * Sensors: joint angles, joint rates and one contact flag a foot; neither the base nor a clock is read.
+ * Units: s, rad, rad/s, N m, N m/rad, N m s/rad; AMBLE_REAL is double, with -DAMBLE_FLOAT float.
+ * Joints, in the order of all arrays, positive as in the robot's description: @JOINTS@.
+ * Feet: @FEET@.
+ *
+ * Use: amble_enter once, where a stance begins; then amble_step at every tick, with the time since the last one.
+ */
+#ifndef AMBLE_CONTROLLER_H
+#define AMBLE_CONTROLLER_H
+
+#define AMBLE_VERSION "@VERSION@"
+/* Id of the content of this export; every C file of it holds the same one and tests that. */
+#define AMBLE_CONTENT @CONTENT@
+
+#define AMBLE_JOINTS @JOINT_COUNT@
+#define AMBLE_FEET @FOOT_COUNT@
+#define AMBLE_STANCES @STANCE_COUNT@
+
+#ifdef AMBLE_FLOAT
+typedef float AMBLE_REAL;
+#else
+typedef double AMBLE_REAL;
+#endif
+
+/* A foot counts as down after its flag was set at this many ticks in a row and for this long, and as up again after as
+ * many without: a foot that bounces neither lands nor lifts. Both may be set by -D. */
+#ifndef AMBLE_CONFIRM_TICKS
+#define AMBLE_CONFIRM_TICKS 2
+#endif
+#ifndef AMBLE_CONFIRM_TIME
+#define AMBLE_CONFIRM_TIME 0.0
+#endif
+/* Share of the planned duration from which a stance may end: an early foot ends it there at the soonest. */
+#ifndef AMBLE_EARLIEST
+#define AMBLE_EARLIEST @EARLIEST@
+#endif
+/* Share from which a stance counts as late: @HOLD@, where the references stand still. A contact that does not come
+ * leaves the controller there, with the status LATE at every tick; what then is to be done is the caller's decision. */
+
+/* Status of a step: 0, or a sum of these. */
+enum {
+  AMBLE_OK = 0,
+  AMBLE_SATURATED = 1,     /* a component of sum was cut to the joint's limit */
+  AMBLE_LATE = 4,          /* see above */
+  AMBLE_CONTACT_FLAGS = 8, /* a foot of this and the next stance is up, or one of neither is down */
+  AMBLE_NOT_FINITE = 32,   /* fallback: torque and stiffness 0, damping AMBLE_DAMPING; the clock goes on */
+  AMBLE_BAD_CLOCK = 64,    /* the step was negative, no number, or longer than AMBLE_LONGEST_STEP and cut to it */
+  AMBLE_NOT_ENTERED = 128  /* fallback; nothing changes until amble_enter */
+};
+
+#define AMBLE_LONGEST_STEP @LONGEST@
+#define AMBLE_DAMPING @DAMPING@
+
+typedef struct {
+  int stance;      /* 0 .. AMBLE_STANCES - 1 */
+  int entered;     /* a mark that amble_enter leaves */
+  AMBLE_REAL clock; /* time since the stance was entered, s */
+  unsigned down;   /* feet that count as down, one bit a foot */
+  int ticks[AMBLE_FEET];       /* how often in a row a flag differed from that, and for how long */
+  AMBLE_REAL since[AMBLE_FEET];
+} amble_controller;
+
+/* What motor drivers take: torque + stiffness (q - angle) ... and sum, all of it for measured angles and rates,
+ * sum = torque - stiffness * (measured angle - angle) - damping * (measured rate - rate), cut to the limits. */
+typedef struct {
+  AMBLE_REAL angle[AMBLE_JOINTS];
+  AMBLE_REAL rate[AMBLE_JOINTS];
+  AMBLE_REAL torque[AMBLE_JOINTS];
+  AMBLE_REAL stiffness[AMBLE_JOINTS];
+  AMBLE_REAL damping[AMBLE_JOINTS];
+  AMBLE_REAL sum[AMBLE_JOINTS];
+} amble_command;
+
+/* Begin in a stance, its feet down. Returns AMBLE_OK, or AMBLE_NOT_ENTERED where there is no such stance. */
+unsigned amble_enter(amble_controller *controller, int stance);
+
+/* One tick: dt since the last one, measured angles and rates, contact 1 for every foot that touches. The command is
+ * always written. The stance ends when the feet that land next count as down (where none lands: when those that lift
+ * count as up), not before AMBLE_EARLIEST of its duration; the clock then starts again. */
+unsigned amble_step(amble_controller *controller, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE_JOINTS],
+                    const AMBLE_REAL qd[AMBLE_JOINTS], const unsigned char contact[AMBLE_FEET],
+                    amble_command *command);
+
+/* Whether a foot stands in a stance. */
+int amble_stands(int stance, int foot);
+
+#endif
