@@ -14,7 +14,7 @@ from amble.control import AllocationLaw
 from amble.control.stance_functions import ARGUMENTS
 from amble.errors import InputError, WorkError
 from amble.export.code import filled, template
-from amble.export.controller import export_controller
+from amble.export.controller import export_state_controller
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.hybrid import SIMULTANEOUS, Contacts, Domain, GaitPattern, HybridSystem, constrained_dynamics
@@ -99,7 +99,7 @@ def _library(gait: Gait, law: AllocationLaw | None, tool: Compiler) -> Path:
     """Export, compile with an interface for casadi, and keep by content."""
     folder = writable_folder()
     with workplace(folder) as work:
-        exported = export_controller(gait, law, work / "controller")
+        exported = export_state_controller(gait, law, work / "controller")
         source = exported.folder / "casadi_interface.c"
         source.write_text(_interface(len(gait.pattern.stances)), encoding="utf-8")
         texts = [

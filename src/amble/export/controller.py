@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +10,11 @@ from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.export.code import Code, c_code, filled, template
+from amble.export.impedance import impedance_files, impedance_texts
 from amble.export.law import LATEST, StanceLaw, stance_laws, tables
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
+from amble.gait.impedance import Impedance
 from amble.gait.linearising_law import control_of
 from amble.io.storage import check_replaceable, replacing_folder
 from amble.version import __version__
@@ -48,6 +50,9 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt. It is replaced as a
     whole, and files of two controllers do not compile together: each holds an id of the content of all.
 
+    Under ``Impedance`` the controller reads joints and contacts alone and has no generated code: the commands of motor
+    drivers, a clock of its own, touchdown confirmed (docs/export.md).
+
     Args:
         gait: the gait; with feedback its stabilised outputs are used.
         law: another allocation law than the gait's.
@@ -57,11 +62,21 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
         InputError: where a stance has no feet, or the folder cannot be written or holds other files.
         WorkError: where writing fails for another reason, or the generated code has an unknown form.
     """
-    check_replaceable(folder, _is_exported)
+    control = control_of(gait)
+    if not isinstance(control, Impedance):
+        return export_state_controller(gait, law, folder)
+    _require(gait, folder)
+    code, vectors = impedance_texts(gait, control, law)
+    comments = _comments(gait, law or gait.law)
+    draft = {**impedance_files(code, comments, "0"), **vectors}
+    files = impedance_files(code, comments, f"0x{content_key(draft.values())[:16]}ULL")
+    return _written(folder, {**files, **vectors}, ["amble_controller.c"], [])
+
+
+def export_state_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path) -> Exported:
+    """Write a controller that reads the whole state and evaluates the law with a model; see ``export_controller``."""
+    _require(gait, folder)
     chosen = law or gait.law
-    for stance in gait.pattern.stances:
-        if not stance.feet:
-            raise InputError(f"stance '{stance.name}' has no foot on the ground; such gaits cannot be exported yet")
     laws = stance_laws(gait, law)
     codes = [
         c_code(law.function, f"Law of stance {law.stance.name}, feet {', '.join(law.stance.feet)}.") for law in laws
@@ -71,6 +86,20 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     draft = _contents(codes, code, comments, vectors, "0")
     contents = _contents(codes, code, comments, vectors, f"0x{content_key(draft.values())[:16]}ULL")
     sources = [f"{code.name}.c" for code in codes] + ["amble_controller.c"]
+    return _written(folder, contents, sources, laws)
+
+
+def _require(gait: Gait, folder: str | Path) -> None:
+    """Refuse what cannot be exported or written, before the work."""
+    check_replaceable(folder, _is_exported)
+    for stance in gait.pattern.stances:
+        if not stance.feet:
+            raise InputError(f"stance '{stance.name}' has no foot on the ground; such gaits cannot be exported yet")
+
+
+def _written(
+    folder: str | Path, contents: Mapping[str, str], sources: Sequence[str], laws: Sequence[StanceLaw]
+) -> Exported:
     with replacing_folder(folder, _is_exported) as fresh:
         for name, text in contents.items():
             (fresh / name).write_bytes(text.encode())

@@ -142,9 +142,14 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
     return "\n".join([*lines, "", *_mirror(gait), ""])
 
 
-def numbers(name: str, size: str, values: Iterable[float]) -> str:
-    """Write an array of doubles that read back exactly."""
-    return f"static const double {name}[{size}] = {{\n{_wrapped([repr(float(value)) for value in values])}}};"
+def numbers(name: str, size: str, values: Iterable[float], kind: str = "double") -> str:
+    """Write an array of doubles, or of another kind of real numbers, that read back exactly."""
+    return f"static const {kind} {name}[{size}] = {{\n{_wrapped([repr(float(value)) for value in values])}}};"
+
+
+def whole_numbers(name: str, size: str, values: Iterable[int]) -> str:
+    """Write an array of whole numbers."""
+    return f"static const int {name}[{size}] = {{\n{_wrapped([str(int(value)) for value in values])}}};"
 
 
 def _mirror(gait: Gait) -> list[str]:
@@ -159,8 +164,7 @@ def _mirror(gait: Gait) -> list[str]:
         maps = {name: SignedPermutation(np.arange(size), np.ones(size)) for name, size in sizes.items()}
     lines = ["/* The left-right mirror: a -> sign * a[index]. */"]
     for name, permutation in maps.items():
-        index = _wrapped([str(int(i)) for i in permutation.index])
-        lines.append(f"static const int {name}_INDEX[{names[name]}] = {{\n{index}}};")
+        lines.append(whole_numbers(f"{name}_INDEX", names[name], permutation.index))
         lines.append(numbers(f"{name}_SIGN", names[name], permutation.sign))
     return lines
 

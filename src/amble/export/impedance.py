@@ -1,0 +1,184 @@
+"""The impedance law as C99 for motor drivers: tables, no model, joints and contacts as the only sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from amble.control import AllocationLaw
+from amble.export.code import filled, template
+from amble.export.law import numbers, torque_limits, whole_numbers
+from amble.export.vectors import A_STANCE, DAMPING, DISTURBANCE, OK, SATURATED, SEED
+from amble.gait import Gait
+from amble.gait.impedance import HOLD, Impedance, references
+from amble.numerics.pieces import ORDER
+from amble.types import Matrix, Vector
+
+EARLIEST = 0.5
+"""Share of the planned duration before which no foot ends a stance: one that has just lifted may still touch."""
+
+LONGEST = 0.25
+"""Longest step of the controller's clock, as a share of the shortest domain."""
+
+LATE, NOT_FINITE = 4, 32
+"""Statuses of a step, as the header lists them."""
+
+REAL = "AMBLE_REAL"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DomainTable:
+    """The packed parameters of one solved domain by their parts; see ``gait.impedance``.
+
+    Attributes:
+        duration: planned, s.
+        end: of the pieces, s.
+        hold: when the references stand still, s.
+        stiffness: P, (n_joints,), N m/rad.
+        damping: D, (n_joints,), N m s/rad.
+        places: starts and half lengths of the pieces, (2, n), s.
+        angles: coefficients, (n n_joints (ORDER + 1),), rad.
+        torques: the same of the feed-forward, N m.
+        packed: all of it.
+    """
+
+    duration: float
+    end: float
+    hold: float
+    stiffness: Vector
+    damping: Vector
+    places: Matrix
+    angles: Vector
+    torques: Vector
+    packed: Vector
+
+    @classmethod
+    def of(cls, packed: Vector, joints: int) -> DomainTable:
+        """Take packed parameters apart."""
+        rest = packed[2 + 2 * joints :]
+        count = rest.size // (2 + 2 * joints * (ORDER + 1))
+        curves = rest[2 * count :]
+        return cls(
+            duration=float(packed[1]) / HOLD,
+            end=float(packed[0]),
+            hold=float(packed[1]),
+            stiffness=packed[2 : 2 + joints],
+            damping=packed[2 + joints : 2 + 2 * joints],
+            places=rest[: 2 * count].reshape(2, count),
+            angles=curves[: curves.size // 2],
+            torques=curves[curves.size // 2 :],
+            packed=packed,
+        )
+
+
+def impedance_texts(gait: Gait, control: Impedance, law: AllocationLaw | None) -> tuple[dict[str, str], dict[str, str]]:
+    """Return what the templates leave open in code, and the test vectors: name -> text.
+
+    Errors as in ``Impedance.numbers``.
+    """
+    joints = len(gait.robot.joints)
+    domains = [DomainTable.of(entry.parameters, joints) for entry in control.numbers(gait, law)]
+    code = {
+        "JOINT_COUNT": str(joints),
+        "FOOT_COUNT": str(len(gait.robot.feet)),
+        "STANCE_COUNT": str(len(gait.pattern.stances)),
+        "EARLIEST": repr(EARLIEST),
+        "HOLD": f"{HOLD:g}",
+        "LONGEST": repr(LONGEST * min(domain.duration for domain in domains)),
+        "DAMPING": repr(DAMPING),
+        "TABLES": _tables(gait, domains),
+    }
+    return code, {"test_vectors.txt": _vectors(gait, domains)}
+
+
+def impedance_files(code: Mapping[str, str], comments: Mapping[str, str], content: str) -> dict[str, str]:
+    """File name -> text of the controller with a content id, without the test vectors."""
+    test = filled(template("same_export.c"), {"CONTENT": content})
+    inside = {**code, "CONTENT": content}
+    return {
+        "amble_controller.h": filled(template("impedance.h"), inside, comments),
+        "amble_controller.c": filled(template("impedance.c"), inside, comments) + test,
+        "replay.c": template("impedance_replay.c"),
+        "CMakeLists.txt": filled(template("CMakeLists.txt"), {"SOURCES": ""}),
+    }
+
+
+def _tables(gait: Gait, domains: Sequence[DomainTable]) -> str:
+    robot, pattern = gait.robot, gait.pattern
+    masks = [sum(1 << robot.foot_names.index(foot) for foot in stance.feet) for stance in pattern.stances]
+    first = np.cumsum([0, *(domain.places.shape[1] for domain in domains)])
+    joints = robot.mirror.joints if pattern.mirrored else None
+    index = np.arange(len(robot.joints)) if joints is None else joints.index
+    sign = np.ones(len(robot.joints)) if joints is None else joints.sign
+
+    def table(name: str, rows: Sequence[Vector]) -> str:
+        values = np.concatenate([np.ravel(row) for row in rows])
+        return numbers(name, str(values.size), values, REAL)
+
+    return "\n".join(
+        [
+            f"#define SOLVED {len(domains)}",
+            f"#define COEFFICIENTS {ORDER + 1}",
+            "",
+            "/* Feet on the ground in every stance, one bit a foot. */",
+            f"static const unsigned DOWN[AMBLE_STANCES] = {{{', '.join(f'{mask}u' for mask in masks)}}};",
+            "/* Planned duration, end of the curves, and when the references stand still, s. */",
+            numbers("DURATION", "SOLVED", [domain.duration for domain in domains], REAL),
+            numbers("END", "SOLVED", [domain.end for domain in domains], REAL),
+            numbers("HOLD", "SOLVED", [domain.hold for domain in domains], REAL),
+            "/* Pieces of a domain: FIRST[domain] up to FIRST[domain + 1]; their begin and half length, s. */",
+            whole_numbers("FIRST", "SOLVED + 1", first),
+            table("BEGINS", [domain.places[0] for domain in domains]),
+            table("HALVES", [domain.places[1] for domain in domains]),
+            "/* Coefficients of the powers of xi, -1 to 1 over a piece: piece by piece, joint by joint; rad, N m. */",
+            table("ANGLES", [domain.angles for domain in domains]),
+            table("TORQUES", [domain.torques for domain in domains]),
+            "/* Domain by domain, joint by joint: N m/rad, N m s/rad. */",
+            table("STIFFNESS", [domain.stiffness for domain in domains]),
+            table("DAMPING", [domain.damping for domain in domains]),
+            numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait), REAL),
+            "/* The left-right mirror: a -> sign * a[index]. */",
+            whole_numbers("JOINT_INDEX", "AMBLE_JOINTS", index),
+            numbers("JOINT_SIGN", "AMBLE_JOINTS", sign, REAL),
+            "",
+        ]
+    )
+
+
+def _vectors(gait: Gait, domains: Sequence[DomainTable]) -> str:
+    """The largest torque of the orbit, then one line a call: stance, clock, angles, rates, command, status."""
+    joints, generator = len(gait.robot.joints), np.random.default_rng(SEED)
+    lines, peak = [], 0.0
+    for number in range(len(gait.pattern.stances)):
+        table = domains[number % len(domains)]
+        t, p = ca.SX.sym("t"), ca.SX.sym("p", table.packed.size)
+        function = ca.Function("references", [t, p], list(references(p, joints, t)))
+        for clock in np.linspace(0.0, 1.02 * HOLD * table.duration, A_STANCE):
+            command = [np.asarray(part).ravel() for part in function(float(clock), table.packed)]
+            command += [table.stiffness, table.damping]
+            if number >= len(domains):
+                mirror = gait.robot.mirror.joints
+                command = [mirror(part) for part in command[:3]] + [part[mirror.index] for part in command[3:]]
+            peak = max(peak, float(np.abs(command[2]).max()))
+            lines.append(_line(gait, number, float(clock), table, command, generator))
+    return "\n".join([repr(peak), *lines, ""])
+
+
+def _line(
+    gait: Gait, number: int, clock: float, table: DomainTable, command: list[Vector], generator: np.random.Generator
+) -> str:
+    angle, rate, torque, stiffness, damping = command
+    q = angle + DISTURBANCE * generator.normal(size=angle.size)
+    qd = rate + 10.0 * DISTURBANCE * generator.normal(size=angle.size)
+    whole = torque - stiffness * (q - angle) - damping * (qd - rate)
+    limit = torque_limits(gait)
+    status = (SATURATED if np.any(np.abs(whole) > limit) else OK) | (LATE if clock >= table.hold else OK)
+    values = _flat([q, qd, angle, rate, torque, stiffness, damping, np.clip(whole, -limit, limit)])
+    return " ".join([str(number), repr(clock), *values, str(status)])
+
+
+def _flat(parts: Sequence[Vector]) -> Iterator[str]:
+    return (repr(float(value)) for part in parts for value in part)
