@@ -142,4 +142,4 @@ def test_the_command_line_names_it(
     assert exit_code(*words, "--control", "joint impedance:stiffness=300,damping=8", *plugin) == 0
     assert json.loads(capsys.readouterr().out)["simulation"]["ended"] == "completed"
     assert exit_code(*words, "--control", "servo") == 2
-    assert "unknown control law 'servo'; known: input-output linearisation" in capsys.readouterr().out
+    assert "unknown control law 'servo'; known: impedance, input-output linearisation" in capsys.readouterr().out

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import checking, doctor, making, reproducing, robots, view, walking
+from amble.cli import checking, doctor, making, reproducing, robots, validating, view, walking
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -59,6 +59,7 @@ COMMANDS = (
     walking.simulate,
     walking.compare,
     walking.export,
+    validating.validate,
     view.view,
     reproducing.report,
     robots.robots,

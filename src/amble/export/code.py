@@ -65,9 +65,9 @@ def comment(text: str) -> str:
     return _GAPS.sub(" ", written)
 
 
-def template(name: str) -> str:
-    """Read a template of this package."""
-    return (resources.files("amble.export") / "templates" / name).read_text(encoding="utf-8")
+def template(name: str, package: str = "amble.export") -> str:
+    """Read a template of a package."""
+    return (resources.files(package) / "templates" / name).read_text(encoding="utf-8")
 
 
 def filled(text: str, code: Mapping[str, str], comments: Mapping[str, str] | None = None) -> str:

@@ -1,0 +1,54 @@
+"""``amble validate``: the exported controller of a gait on a robot that another physics engine moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from amble.cli import options
+from amble.cli.console import progress
+from amble.cli.output import result, show, wrote
+from amble.errors import InputError, WorkError, shown
+
+ENGINES = ("mujoco",)
+
+
+def validate(
+    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    engine: Annotated[str, typer.Option(help="Physics engine.")] = "mujoco",
+    law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
+    control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
+    cycles: Annotated[int, typer.Option(min=1, help="Gait cycles of every walk.")] = 60,
+    case: Annotated[
+        list[str] | None, typer.Option(help="Case of the battery, by name; may be repeated.", show_default="all")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 1,
+    absolute: Annotated[
+        bool, typer.Option("--absolute", help="Take the cases' figures as they are, not scaled to the robot.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Where to write the results (JSON).")] = Path("validation.json"),
+) -> None:
+    """Walk a gait in MuJoCo under eighteen errors of plant and measurement; exits 1 where a case does not pass."""
+    from amble.gait.files import load_gait
+    from amble.report import write_results
+    from amble.validation import BATTERY
+    from amble.validation import validate as walk
+
+    if engine not in ENGINES:
+        raise InputError(f"unknown engine '{shown(engine)}'; known: {', '.join(ENGINES)}")
+    known = {entry.name: entry for entry in BATTERY}
+    for name in case or ():
+        if name not in known:
+            raise InputError(f"unknown case '{shown(name)}'; known: {', '.join(known)}")
+    walker = options.under(load_gait(gait), control)
+    chosen = None if law is None else options.parse_law(law, walker.pattern)
+    cases = [known[name] for name in case] if case else BATTERY
+    with progress("walking in MuJoCo") as tell:
+        found = walk(walker, chosen, cases, cycles, seed, absolute, tell)
+    show(str(found))
+    result(validation=found.to_dict())
+    wrote(write_results(out, {"validation": found.to_dict()}))
+    if found.passed < len(found.results):
+        raise WorkError(f"{len(found.results) - found.passed} of {len(found.results)} cases do not pass")

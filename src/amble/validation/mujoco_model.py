@@ -1,0 +1,157 @@
+"""A robot record as a MuJoCo model with exactly its inertias, on point feet as small spheres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from amble.optional import require
+from amble.robot import Robot
+from amble.types import Matrix, Vector
+
+POINT = 1e-3
+"""Radius of a sphere that stands for a point foot, m."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plant:
+    """What a model differs in from the robot record; SI units.
+
+    Attributes:
+        step: of the integration, s.
+        friction: coefficient between feet and ground.
+        radius: of the feet, m; the ground lies as much lower, so that a point foot would touch z = 0.
+        softness: time constant of the contacts, s.
+        damping: of all joints, N m s/rad.
+        dry_friction: of all joints, N m.
+        armature: rotor inertia of all joints, kg m^2.
+        trunk: factor of the base link's mass and inertia.
+        balanced: inertias that no body can have are made physical, as MuJoCo does by itself.
+    """
+
+    step: float
+    friction: float = 0.8
+    radius: float = POINT
+    softness: float = 2e-3
+    damping: float = 0.0
+    dry_friction: float = 0.0
+    armature: float = 0.0
+    trunk: float = 1.0
+    balanced: bool = False
+
+
+def require_mujoco() -> None:
+    """Refuse work in MuJoCo where it is not installed."""
+    require("mujoco", "mujoco", "validations in MuJoCo")
+
+
+def mujoco_model(robot: Robot, plant: Plant) -> Any:
+    """Build the model with MjSpec: one motor a joint, all names those of the record, only feet collide.
+
+    MuJoCo refuses inertias against the triangle inequality, which a published model may have (ASTRo's lower legs), or
+    changes them; so the record's are written into the compiled model.
+
+    Raises:
+        InputError: MuJoCo is not installed.
+    """
+    require_mujoco()
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.compiler.balanceinertia = True
+    spec.compiler.degree = False
+    option = spec.option
+    option.gravity = [0.0, 0.0, -robot.gravity]
+    option.timestep, option.impratio, option.iterations, option.tolerance = plant.step, 10.0, 100, 1e-10
+    option.cone, option.integrator = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    contact = {
+        "friction": [plant.friction, 0.005, 0.0001],
+        "solref": [max(plant.softness, 2.0 * plant.step), 1.0],
+        "solimp": [0.95, 0.999, 0.0005, 0.5, 2.0],
+        "condim": 3,
+    }
+    spec.worldbody.add_geom(
+        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0.0, 0.0, -plant.radius], size=[200.0, 200.0, 1.0],
+        contype=0, conaffinity=1, **contact,
+    )  # fmt: skip
+    bodies = {0: spec.worldbody.add_body(name=robot.links[0].name, pos=[0.0, 0.0, 1.0])}
+    bodies[0].add_freejoint(name="base")
+    for joint in _from_the_base(robot):
+        body = bodies[joint.parent].add_body(
+            name=robot.links[joint.child].name, pos=joint.translation, quat=_quaternion(mujoco, joint.rotation)
+        )
+        body.add_joint(
+            name=joint.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis, armature=plant.armature,
+            damping=[plant.damping, 0.0, 0.0], frictionloss=plant.dry_friction,
+        )  # fmt: skip
+        bodies[joint.child] = body
+        spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    for number, link in enumerate(robot.links):
+        body = bodies[number]
+        body.explicitinertial = True
+        body.mass, body.ipos = link.mass, link.center
+        i = link.inertia
+        body.fullinertia = [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
+    for foot in robot.feet:
+        bodies[foot.link].add_geom(
+            name=foot.name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[plant.radius, 0.0, 0.0], pos=foot.offset,
+            contype=1, conaffinity=0, **contact,
+        )  # fmt: skip
+    model = spec.compile()
+    _write_inertias(mujoco, model, robot, plant)
+    return model
+
+
+def _from_the_base(robot: Robot) -> list[Any]:
+    """Joints, parents before children."""
+    known, found, left = {0}, [], list(robot.joints)
+    while left:
+        ready = [joint for joint in left if joint.parent in known]
+        found += ready
+        known |= {joint.child for joint in ready}
+        left = [joint for joint in left if joint.child not in known]
+    return found
+
+
+def _write_inertias(mujoco: Any, model: Any, robot: Robot, plant: Plant) -> None:
+    for link in robot.links:
+        number = model.body(link.name).id
+        if not plant.balanced:
+            values, axes = np.linalg.eigh(link.inertia)
+            if np.linalg.det(axes) < 0.0:
+                axes[:, 0] *= -1.0
+            model.body_inertia[number], model.body_iquat[number] = values, _quaternion(mujoco, axes)
+            model.body_ipos[number], model.body_mass[number] = link.center, link.mass
+            model.body_sameframe[number] = 0
+    trunk = model.body(robot.links[0].name).id
+    model.body_mass[trunk] *= plant.trunk
+    model.body_inertia[trunk] *= plant.trunk
+    model.body_simple[:] = 0
+    model.dof_simplenum[:] = 0
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _quaternion(mujoco: Any, rotation: Matrix) -> Vector:
+    found = np.zeros(4)
+    mujoco.mju_mat2Quat(found, np.ascontiguousarray(rotation, dtype=np.float64).ravel())
+    return found
+
+
+def to_mujoco(robot: Robot, model: Any, q: Vector, v: Vector) -> tuple[Vector, Vector]:
+    """Return qpos and qvel of a state: base angles of the chain X-Y-Z to a quaternion and rates in the base's frame."""
+    roll, pitch, yaw = q[3:6]
+    qx, qy, qz = (np.array([np.cos(a / 2), *(np.sin(a / 2) * np.eye(3)[k])]) for k, a in enumerate((roll, pitch, yaw)))
+    qpos, qvel = np.zeros(model.nq), np.zeros(model.nv)
+    qpos[:3], qpos[3:7], qvel[:3] = q[:3], _product(_product(qx, qy), qz), v[:3]
+    cb, sb, cc, sc = np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
+    qvel[3:6] = np.array([[cc * cb, sc, 0.0], [-sc * cb, cc, 0.0], [sb, 0.0, 1.0]]) @ v[3:6]
+    for number, joint in enumerate(robot.joints):
+        entry = model.joint(joint.name)
+        qpos[entry.qposadr[0]], qvel[entry.dofadr[0]] = q[6 + number], v[6 + number]
+    return qpos, qvel
+
+
+def _product(a: Vector, b: Vector) -> Vector:
+    return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])

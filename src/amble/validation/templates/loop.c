@@ -1,0 +1,143 @@
+/* The exported impedance controller in a loop with MuJoCo: sample, hold, delay, noise, push, and what is measured.
+ * Compiled with amble_controller.c; one call walks one case. */
+#include <math.h>
+#include <mujoco/mujoco.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "amble_controller.h"
+
+#define RING 512
+
+typedef struct {
+  int cycles;         /* the walk ends after so many */
+  int every, delay;   /* steps of the plant between two of the controller, and until its command arrives */
+  int trunk;          /* body of the base */
+  double threshold;   /* normal force at which a foot's flag is set, N */
+  double noise_angle, noise_rate; /* standard deviations, rad and rad/s */
+  double cap, lag;    /* torque limit, N m, and time constant, s, of the motors */
+  double push[3], push_from, push_until; /* force on the base, N, between two times, s */
+  double lowest, steepest; /* height of the base, m, and vertical component of its axis, below which it has fallen */
+  double longest;     /* the walk ends after so long, s */
+  uint64_t seed;
+  int qpos[AMBLE_JOINTS], dof[AMBLE_JOINTS], motor[AMBLE_JOINTS], geom[AMBLE_FEET];
+} settings;
+
+typedef struct {
+  int cycles, fell;
+  double time, x, y, square, peak, slip, deepest;
+  unsigned status;
+} outcome;
+
+static uint64_t state[2];
+
+static double uniform(void) {
+  uint64_t a = state[0], b = state[1];
+  state[0] = b;
+  a ^= a << 23;
+  state[1] = a ^ b ^ (a >> 17) ^ (b >> 26);
+  return ((double)((state[1] + b) >> 11) + 0.5) / 9007199254740992.0;
+}
+
+static double normal(void) {
+  double r = sqrt(-2.0 * log(uniform()));
+  return r * cos(6.283185307179586 * uniform());
+}
+
+static void press(const mjModel *m, const mjData *d, const settings *s, double *force) {
+  int i, f;
+  for (f = 0; f < AMBLE_FEET; f++) force[f] = 0.0;
+  for (i = 0; i < d->ncon; i++) {
+    mjtNum wrench[6];
+    mj_contactForce(m, d, i, wrench);
+    for (f = 0; f < AMBLE_FEET; f++) {
+      if (d->contact[i].geom[0] == s->geom[f] || d->contact[i].geom[1] == s->geom[f]) force[f] += wrench[0];
+    }
+  }
+}
+
+/* Horizontal speed of a foot's lowest point, m/s: a foot that rolls does not slip. */
+static double sliding(const mjModel *m, const mjData *d, int geom) {
+  mjtNum v[6];
+  double r = m->geom_size[3 * geom];
+  mj_objectVelocity(m, d, mjOBJ_GEOM, geom, v, 0);
+  return hypot(v[3] - r * v[1], v[4] + r * v[0]);
+}
+
+/* Deepest origin or centre of mass of a body below the ground, m; the robot's record has no other shape. */
+static double depth(const mjModel *m, const mjData *d) {
+  double found = -1e30;
+  int b;
+  for (b = 1; b < m->nbody; b++) {
+    if (-d->xipos[3 * b + 2] > found) found = -d->xipos[3 * b + 2];
+    if (-d->xpos[3 * b + 2] > found) found = -d->xpos[3 * b + 2];
+  }
+  return found;
+}
+
+void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *trace, int rows, int width, int interval) {
+  static double ring[RING][AMBLE_JOINTS];
+  static amble_controller c;
+  amble_command command;
+  double torque[AMBLE_JOINTS] = {0}, force[AMBLE_FEET], h = m->opt.timestep;
+  double began = d->qpos[0];
+  long k;
+  int i, f, written = 0;
+  memset(ring, 0, sizeof ring);
+  memset(r, 0, sizeof *r);
+  r->deepest = -1e30;
+  state[0] = s->seed * 0x9E3779B97F4A7C15ULL + 1;
+  state[1] = s->seed ^ 0xD1B54A32D192ED03ULL;
+  for (i = 0; i < 20; i++) uniform();
+  amble_enter(&c, 0);
+  mj_forward(m, d);
+  for (k = 0; (double)k * h < s->longest; k++) {
+    double t = (double)k * h;
+    press(m, d, s, force);
+    for (f = 0; f < AMBLE_FEET; f++) {
+      if (force[f] > s->threshold && amble_stands(c.stance, f)) r->slip += h * sliding(m, d, s->geom[f]);
+    }
+    if (k % s->every == 0) {
+      double q[AMBLE_JOINTS], qd[AMBLE_JOINTS];
+      unsigned char contact[AMBLE_FEET];
+      int last = c.stance;
+      for (i = 0; i < AMBLE_JOINTS; i++) {
+        q[i] = d->qpos[s->qpos[i]] + (s->noise_angle > 0.0 ? s->noise_angle * normal() : 0.0);
+        qd[i] = d->qvel[s->dof[i]] + (s->noise_rate > 0.0 ? s->noise_rate * normal() : 0.0);
+      }
+      for (f = 0; f < AMBLE_FEET; f++) contact[f] = force[f] > s->threshold;
+      r->status |= amble_step(&c, k ? (double)s->every * h : 0.0, q, qd, contact, &command);
+      if (c.stance != last && c.stance == 0 && ++r->cycles >= s->cycles) break;
+    }
+    memcpy(ring[k % RING], command.sum, sizeof command.sum);
+    for (i = 0; i < AMBLE_JOINTS; i++) {
+      double wanted = ring[(k >= s->delay ? k - s->delay : 0) % RING][i];
+      wanted = wanted > s->cap ? s->cap : wanted < -s->cap ? -s->cap : wanted;
+      torque[i] = s->lag > 0.0 ? torque[i] + (wanted - torque[i]) * (1.0 - exp(-h / s->lag)) : wanted;
+      d->ctrl[s->motor[i]] = torque[i];
+      r->square += torque[i] * torque[i] * h;
+      if (fabs(torque[i]) > r->peak) r->peak = fabs(torque[i]);
+    }
+    for (i = 0; i < 3; i++) {
+      d->xfrc_applied[6 * s->trunk + i] = t >= s->push_from && t < s->push_until ? s->push[i] : 0.0;
+    }
+    if (interval > 0 && k % interval == 0 && written < rows) {
+      double *row = trace + (long)width * written++;
+      row[0] = t;
+      row[1] = c.stance;
+      memcpy(row + 2, d->qpos, (size_t)m->nq * sizeof *row);
+      memcpy(row + 2 + m->nq, d->qvel, (size_t)m->nv * sizeof *row);
+      memcpy(row + 2 + m->nq + m->nv, torque, sizeof torque);
+      memcpy(row + 2 + m->nq + m->nv + AMBLE_JOINTS, force, sizeof force);
+    }
+    mj_step(m, d);
+    r->time = t + h;
+    if (depth(m, d) > r->deepest) r->deepest = depth(m, d);
+    if (!(d->qpos[2] > s->lowest) || !(d->xmat[9 * s->trunk + 8] > s->steepest)) {
+      r->fell = 1;
+      break;
+    }
+  }
+  r->x = d->qpos[0] - began;
+  r->y = d->qpos[1];
+}
