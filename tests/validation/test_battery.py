@@ -26,7 +26,7 @@ def under(stabilised_gait: Gait) -> Gait:
 
 
 def test_it_walks_and_tells_what_fails(under: Gait) -> None:
-    """Measured over 60 cycles: 0.195 m/s and 5.29 N m where amble's own walk has 0.2 and 5.29; without friction none."""
+    """Measured over 60 cycles: 0.195 m/s and 5.29 N m where amble's own walk has 0.2 and 5.29."""
     found = validate(under, cases=(BATTERY[0], Case(name="ice", friction=0.02)), cycles=5)
     nominal, ice = found.results
     assert nominal.passed

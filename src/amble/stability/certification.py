@@ -95,14 +95,8 @@ def certify(
         _require_of_gait(state, cycles)
         system, state, of_gait = certified_orbit(subject, allow_absurd_limits, progress, law)
         conditions = (*of_gait, *conditions)
-    elif state is None:
-        raise InputError("a hybrid system is certified at a fixed point, which `amble.fixed_point` finds")
-    elif allow_absurd_limits:
-        raise InputError("only a gait has limits that can be absurd")
-    elif law is not None:
-        raise InputError("only a gait takes another allocation law")
     else:
-        system = subject
+        system, state = subject, _of_system(state, allow_absurd_limits, law)
     certificate = assess(system, state, tolerances, time_limit, progress, cycles, max_step)
     certificate = replace(certificate, conditions=tuple(conditions))
     rows = certificate.rows()
@@ -112,6 +106,17 @@ def certify(
         return certificate
     disturbance = disturb(subject, system, state, certificate.spectrum, progress, time_limit, max_step)
     return replace(certificate, disturbance=disturbance)
+
+
+def _of_system(state: Vector | None, allow_absurd_limits: bool, law: AllocationLaw | None) -> Vector:
+    """Return the fixed point of a system; nothing that belongs to gaits may be given with it."""
+    if state is None:
+        raise InputError("a hybrid system is certified at a fixed point, which `amble.fixed_point` finds")
+    if allow_absurd_limits:
+        raise InputError("only a gait has limits that can be absurd")
+    if law is not None:
+        raise InputError("only a gait takes another allocation law")
+    return state
 
 
 def _require_of_gait(state: Vector | None, cycles: int) -> None:
