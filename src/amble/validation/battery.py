@@ -25,7 +25,7 @@ ASTRO_MASS, ASTRO_LENGTH, ASTRO_GRAVITY = 21.5, 0.87628, 9.81
 """The robot whose figures the cases are written in, kg, m, m/s^2."""
 
 SPEED_BAND, SLIP_BAND = 0.15, 0.02
-"""A walk passes where its speed is the gait's within the first share, and its mean slip within the second of the way."""
+"""A walk passes with the gait's speed within the first share, and a mean slip below the second share of the way."""
 
 
 @dataclass(frozen=True, kw_only=True)
