@@ -24,9 +24,9 @@ class Plant:
         friction: coefficient between feet and ground.
         radius: of the feet, m; the ground lies as much lower, so that a point foot would touch z = 0.
         softness: time constant of the contacts, s.
-        damping: of all joints, N m s/rad.
-        dry_friction: of all joints, N m.
-        armature: rotor inertia of all joints, kg m^2.
+        damping: of all joints, N m s/rad, beside that of the record.
+        dry_friction: of all joints, N m, beside that of the record.
+        armature: rotor inertia of all joints, kg m^2, beside that of the record.
         trunk: factor of the base link's mass and inertia.
         balanced: inertias that no body can have are made physical, as MuJoCo does by itself.
     """
@@ -83,8 +83,9 @@ def mujoco_model(robot: Robot, plant: Plant) -> Any:
             name=robot.links[joint.child].name, pos=joint.translation, quat=_quaternion(mujoco, joint.rotation)
         )
         body.add_joint(
-            name=joint.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis, armature=plant.armature,
-            damping=[plant.damping, 0.0, 0.0], frictionloss=plant.dry_friction,
+            name=joint.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis,
+            armature=joint.rotor_inertia + plant.armature, damping=[joint.damping + plant.damping, 0.0, 0.0],
+            frictionloss=joint.dry_friction + plant.dry_friction,
         )  # fmt: skip
         bodies[joint.child] = body
         spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
