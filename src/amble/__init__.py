@@ -50,6 +50,7 @@ _HOME = {
     "Ground": "amble.hybrid",
     "HeightField": "amble.hybrid",
     "HybridSystem": "amble.hybrid",
+    "Impedance": "amble.gait.impedance",
     "InputError": "amble.errors",
     "Invariant": "amble.hybrid",
     "LAWS": "amble.control",
@@ -133,6 +134,7 @@ _HOME = {
     "symmetrized": "amble.robot",
     "synthesize": "amble.synthesis",
     "synthesize_specification": "amble.workflow",
+    "validate": "amble.validation",
     "write_run": "amble.report.run",
 }
 """Public name -> module that holds it, or that it is."""

@@ -49,6 +49,7 @@ from amble.gait.cost import Cost as Cost
 from amble.gait.cost import TorqueSquared as TorqueSquared
 from amble.gait.files import load_gait as load_gait
 from amble.gait.files import save_gait as save_gait
+from amble.gait.impedance import Impedance as Impedance
 from amble.hybrid import CONTACTS as CONTACTS
 from amble.hybrid import FLAT as FLAT
 from amble.hybrid import GROUNDS as GROUNDS
@@ -118,6 +119,7 @@ from amble.verification.check import check as check
 from amble.verification.findings import CheckReport as CheckReport
 from amble.view import ReplayPage as ReplayPage
 from amble.view import replay as replay
+from amble.validation import validate as validate
 from amble.workflow import Run as Run
 from amble.workflow import reproduce as reproduce
 from amble.workflow import rewrite_report as rewrite_report
@@ -168,6 +170,7 @@ __all__ = [
     "Ground",
     "HeightField",
     "HybridSystem",
+    "Impedance",
     "InputError",
     "Invariant",
     "LawChoice",
@@ -247,5 +250,6 @@ __all__ = [
     "symmetrized",
     "synthesize",
     "synthesize_specification",
+    "validate",
     "write_run",
 ]
