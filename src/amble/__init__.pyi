@@ -115,11 +115,11 @@ from amble.synthesis.specification import Specification as Specification
 from amble.synthesis.specification import read_specification as read_specification
 from amble.synthesis.specified import problem_of as problem_of
 from amble.synthesis.synthesize import GaitNotSolvedError as GaitNotSolvedError
+from amble.validation import validate as validate
 from amble.verification.check import check as check
 from amble.verification.findings import CheckReport as CheckReport
 from amble.view import ReplayPage as ReplayPage
 from amble.view import replay as replay
-from amble.validation import validate as validate
 from amble.workflow import Run as Run
 from amble.workflow import reproduce as reproduce
 from amble.workflow import rewrite_report as rewrite_report
