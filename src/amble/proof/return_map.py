@@ -1,0 +1,70 @@
+"""The return map over a box: its image, its derivative for every start, and a quick way to points of high precision."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from flint import arb, arb_mat
+
+from amble.hybrid import HybridSystem
+from amble.proof.arc import Arc, Leg, follow
+from amble.proof.moving_set import MovingSet
+
+
+@dataclass(frozen=True)
+class ReturnMap:
+    """A system whose cycle is prepared for enclosures.
+
+    Attributes:
+        system: itself.
+        legs: its domains in order.
+        order: Q of the Taylor steps.
+        tolerance: size of a step's remainder that the step length aims at.
+    """
+
+    system: HybridSystem
+    legs: tuple[Leg, ...]
+    order: int
+    tolerance: float
+
+    @classmethod
+    def of(cls, system: HybridSystem, order: int, tolerance: float) -> ReturnMap:
+        """Prepare a system; errors as in ``Leg.of`` and ``HybridSystem.cycle``."""
+        legs = tuple(Leg.of(domain, leaving, system.leaving(domain.name)) for domain, leaving in system.cycle())
+        return cls(system, legs, order, tolerance)
+
+    def __call__(
+        self, centre: Sequence[arb], radii: Sequence[arb], lengths: Sequence[Sequence[arb]] | None = None
+    ) -> Enclosure:
+        """Enclose the map over a box.
+
+        Args:
+            centre: of the box, exact.
+            radii: of the box.
+            lengths: of the steps of every domain, where they are known.
+
+        Raises:
+            ProofError: what could not be proved.
+        """
+        here, arcs = MovingSet.about(centre, radii), list[Arc]()
+        for number, leg in enumerate(self.legs):
+            arc = follow(leg, here, self.order, self.tolerance, None if lengths is None else lengths[number])
+            arcs.append(arc)
+            here = arc.after
+        return Enclosure(tuple(arcs), here.hull(), here.derivative())
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """The map over a box.
+
+    Attributes:
+        arcs: through the domains.
+        image: box that holds the image of every start.
+        derivative: balls that hold the derivative at every start.
+    """
+
+    arcs: tuple[Arc, ...]
+    image: list[arb]
+    derivative: arb_mat

@@ -1,0 +1,147 @@
+"""One step of the validated integrator: a high-order enclosure and Taylor polynomials with a proved remainder.
+
+If Z, a box, holds sum_(k<Q) [0,h]^k x_k(X) + [0,h]^Q x_Q(Z), then every motion that starts in X exists on [0, h] and
+stays in Z (Nedialkov, Jackson and Pryce 2001, An effective high-order interval method for validating existence and
+uniqueness of the solution of an IVP for an ODE; Corliss and Rihm 1996), and
+
+    x(h) in sum_(k<Q) h^k x_k(X) + h^Q x_Q(Z).                                                                  (1)
+
+The same holds for the first variation from V(0) = 1, which is linear: V_Q along Z is G V with G that from V = 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from flint import arb, arb_mat
+
+from amble.errors import WorkError
+from amble.proof.arithmetic import between, identity, inside, largest, symmetric
+from amble.proof.tape import NOT_ENCLOSED
+from amble.proof.taylor import Coefficients, Field, variation
+
+HALVINGS = 12
+INFLATIONS = 4
+
+
+class StepError(WorkError):
+    """No step length was found at which the enclosure holds."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """What one step proves.
+
+    Attributes:
+        length: h, exact, s.
+        tube: holds every motion from the start box for all times of the step, n_x balls.
+        polynomial: x_0 ... x_(Q-1) from the centre, then the remainder's x_Q.
+        image: of the centre at h.
+        slope: dx(h)/dx(0) for every start in the box.
+    """
+
+    length: arb
+    tube: list[arb]
+    polynomial: Coefficients
+    image: list[arb]
+    slope: arb_mat
+
+
+def take_step(
+    field: Field, clock: arb, centre: Sequence[arb], box: Sequence[arb], length: arb, order: int, halve: bool = True
+) -> Step:
+    """Advance a box with its centre by a step of the given length, or a half, a quarter, ... of it where that fails.
+
+    Args:
+        field: the vector field.
+        clock: of the start, exact, s.
+        centre: a point of the box, exact.
+        box: the starts.
+        length: h, exact, s.
+        order: Q.
+        halve: whether a shorter step may be taken.
+
+    Raises:
+        StepError: no enclosure was found.
+    """
+    motion = field.motion(clock, box, order)
+    for _ in range(HALVINGS if halve else 1):
+        tube = _enclosure(field, clock, motion, length, order)
+        if tube is not None:
+            passed = _variational(field, clock, motion, tube, length, order)
+            if passed is not None:
+                polynomial = [*field.motion(clock, centre, order - 1), tube.remainder]
+                image = [_value([row[i] for row in polynomial], length) for i in range(field.size)]
+                return Step(length=length, tube=tube.box, polynomial=polynomial, image=image, slope=passed)
+        length = length / 2
+    raise StepError(f"no enclosure of the motion at clock {clock.str(6, radius=False)} s")
+
+
+@dataclass(frozen=True)
+class _Tube:
+    box: list[arb]
+    motion: Coefficients
+
+    @property
+    def remainder(self) -> list[arb]:
+        return self.motion[-1]
+
+
+def _enclosure(field: Field, clock: arb, motion: Coefficients, length: arb, order: int) -> _Tube | None:
+    """Find the box Z and its coefficients; None where the guess does not hold itself."""
+    span = between(arb(0), length)
+    during = between(clock, clock + length)
+    last = length**order
+    polynomial = [_value([row[i] for row in motion[:order]], span) for i in range(field.size)]
+    scale = largest(value - value.mid() for value in polynomial)
+    slack = [4 * last * largest([value]) + scale / 2**20 for value in motion[order]]
+    for _ in range(INFLATIONS):
+        box = [value + symmetric(extra) for value, extra in zip(polynomial, slack, strict=True)]
+        try:
+            along = field.motion(during, box, order)
+        except NOT_ENCLOSED:
+            return None
+        reached = [
+            value + span**order * remainder for value, remainder in zip(polynomial, along[order], strict=True)
+        ]
+        if inside(reached, box):
+            return _Tube(reached, along)
+        slack = [4 * (last * largest([value]) + extra) for value, extra in zip(along[order], slack, strict=True)]
+        if not all(value.is_finite() for value in slack):
+            return None
+    return None
+
+
+def _variational(
+    field: Field, clock: arb, motion: Coefficients, tube: _Tube, length: arb, order: int
+) -> arb_mat | None:
+    """Return dx(h)/dx(0), by equation (1) for V; None where its enclosure does not hold itself."""
+    size, one = field.size, identity(field.size)
+    powers = variation(field.slopes(clock, motion[:order]), one, order - 1)
+    during = between(clock, clock + length)
+    remainder = variation(field.slopes(during, tube.motion[:order]), one, order)[order]
+    span = between(arb(0), length)
+    known = _matrix_value(powers, span)
+    step = remainder * length**order
+    # V in known + [0,1] step V: the largest entry of |V - known| is at most |step| |known| / (1 - |step|), by columns
+    gain = largest(sum((value.abs_upper() for value in row), start=arb(0)) for row in step.tolist())
+    if not gain < arb(0.5):
+        return None
+    extra = symmetric(gain * largest(known.entries()) / (1 - gain))
+    around = arb_mat(size, size, [value + extra for value in known.entries()])
+    return _matrix_value(powers, length) + step * around
+
+
+def _value(coefficients: Sequence[arb], at: arb) -> arb:
+    total = coefficients[-1]
+    for value in reversed(coefficients[:-1]):
+        total = total * at + value
+    return total
+
+
+def _matrix_value(coefficients: Sequence[arb_mat], at: arb) -> arb_mat:
+    total = coefficients[-1]
+    for value in reversed(coefficients[:-1]):
+        total = total * at + value
+    return total

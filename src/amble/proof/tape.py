@@ -1,0 +1,186 @@
+"""A casadi function as a list of operations, evaluated on balls or on power series of balls.
+
+The expressions themselves are evaluated, in casadi's order; nothing is compiled, so what the compiler or libm does has
+no part in a proof. A switch (a comparison, a minimum, a maximum) must be decided for every number in the balls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import casadi as ca
+from flint import arb, arb_series
+
+from amble.errors import InputError, WorkError
+
+Value: TypeAlias = arb | arb_series
+
+
+class UndecidedError(WorkError):
+    """A switch of an expression could not be decided for all numbers of a ball."""
+
+
+NOT_ENCLOSED = (UndecidedError, ZeroDivisionError, ValueError)
+"""What an operation on balls raises where its result has no bounds: python-flint's own errors are of the last two."""
+
+
+def _leading(value: Value) -> arb:
+    return value[0] if isinstance(value, arb_series) else value
+
+
+def _decided(truth: bool, contrary: bool, what: str) -> bool:
+    if truth == contrary:
+        raise UndecidedError(f"a switch in the model ({what}) cannot be decided on the enclosure")
+    return truth
+
+
+def _less(a: Value, b: Value) -> Value:
+    return arb(int(_decided(_leading(a) < _leading(b), _leading(a) >= _leading(b), "<")))
+
+
+def _less_or_equal(a: Value, b: Value) -> Value:
+    return arb(int(_decided(_leading(a) <= _leading(b), _leading(a) > _leading(b), "<=")))
+
+
+def _smaller(a: Value, b: Value) -> Value:
+    return a if _decided(_leading(a) <= _leading(b), _leading(a) >= _leading(b), "min") else b
+
+
+def _larger(a: Value, b: Value) -> Value:
+    return a if _decided(_leading(a) >= _leading(b), _leading(a) <= _leading(b), "max") else b
+
+
+def _size(a: Value) -> Value:
+    return a if _decided(_leading(a) >= 0, _leading(a) <= 0, "absolute value") else -a
+
+
+def _opposite(a: Value) -> Value:
+    return arb(int(_decided(_leading(a) == 0, _leading(a) != 0, "not")))
+
+
+def _where(condition: Value, value: Value) -> Value:
+    return arb(0) if _decided(_leading(condition) == 0, _leading(condition) != 0, "if") else value
+
+
+OPERATIONS: dict[int, Callable[..., Value]] = {
+    ca.OP_ASSIGN: lambda a: a,
+    ca.OP_ADD: lambda a, b: a + b,
+    ca.OP_SUB: lambda a, b: a - b,
+    ca.OP_MUL: lambda a, b: a * b,
+    ca.OP_DIV: lambda a, b: a / b,
+    ca.OP_NEG: lambda a: -a,
+    ca.OP_INV: lambda a: 1 / a,
+    ca.OP_SQ: lambda a: a * a,
+    ca.OP_TWICE: lambda a: a + a,
+    ca.OP_SQRT: lambda a: a.sqrt(),
+    ca.OP_SIN: lambda a: a.sin(),
+    ca.OP_COS: lambda a: a.cos(),
+    ca.OP_TAN: lambda a: a.tan(),
+    ca.OP_ASIN: lambda a: a.asin(),
+    ca.OP_ACOS: lambda a: a.acos(),
+    ca.OP_ATAN: lambda a: a.atan(),
+    ca.OP_EXP: lambda a: a.exp(),
+    ca.OP_LOG: lambda a: a.log(),
+    ca.OP_POW: lambda a, b: _power(a, b),
+    ca.OP_CONSTPOW: lambda a, b: _power(a, b),
+    ca.OP_TANH: lambda a: 1 - 2 / ((a + a).exp() + 1),
+    ca.OP_FABS: _size,
+    ca.OP_LT: _less,
+    ca.OP_LE: _less_or_equal,
+    ca.OP_NOT: _opposite,
+    ca.OP_IF_ELSE_ZERO: _where,
+    ca.OP_FMIN: _smaller,
+    ca.OP_FMAX: _larger,
+}
+
+
+def _power(base: Value, exponent: Value) -> Value:
+    power = _leading(exponent)
+    if not power.is_integer() or abs(int(power.unique_fmpz())) > 64:
+        return (base.log() * exponent).exp()
+    count = int(power.unique_fmpz())
+    product: Value = arb(1)
+    for _ in range(abs(count)):
+        product = product * base
+    return 1 / product if count < 0 else product
+
+
+@dataclass(frozen=True)
+class Tape:
+    """The operations of one function.
+
+    Attributes:
+        steps: (operation, number of the result's place, numbers of the operands' places) in order.
+        constants: (place, number).
+        inputs: (place, number of the argument, number of its entry).
+        outputs: result -> for every entry its place; None for a structural zero.
+        places: how many there are.
+    """
+
+    steps: tuple[tuple[Callable[..., Value], int, tuple[int, ...]], ...]
+    constants: tuple[tuple[int, float], ...]
+    inputs: tuple[tuple[int, int, int], ...]
+    outputs: tuple[tuple[int, ...], ...]
+    places: int
+
+    def __call__(self, *arguments: Sequence[Value]) -> list[list[Value]]:
+        """Return the nonzero entries of every result, dense ones by columns.
+
+        Args:
+            arguments: the entries of every argument.
+
+        Raises:
+            UndecidedError: a switch cannot be decided for all numbers of the balls.
+        """
+        place: list[Value] = [arb(0)] * self.places
+        for where, constant in self.constants:
+            place[where] = arb(constant)
+        for where, argument, entry in self.inputs:
+            place[where] = arguments[argument][entry]
+        for operation, where, operands in self.steps:
+            if len(operands) == 2:
+                place[where] = operation(place[operands[0]], place[operands[1]])
+            else:
+                place[where] = operation(place[operands[0]])
+        return [[place[where] for where in result] for result in self.outputs]
+
+
+def record(function: ca.Function) -> Tape:
+    """Return the tape of a function; every instruction gets a place of its own.
+
+    Raises:
+        InputError: it calls compiled code or holds an operation that has no enclosure here.
+    """
+    expanded = _expanded(function)
+    current: dict[int, int] = {}
+    steps, constants, inputs = [], [], []
+    outputs = [[-1] * expanded.nnz_out(k) for k in range(expanded.n_out())]
+    count = 0
+    for k in range(expanded.n_instructions()):
+        kind, into = expanded.instruction_id(k), expanded.instruction_output(k)
+        operands = expanded.instruction_input(k)
+        if kind == ca.OP_OUTPUT:
+            outputs[into[0]][into[1]] = current[operands[0]]
+            continue
+        if kind == ca.OP_CONST:
+            constants.append((count, float(expanded.instruction_constant(k))))
+        elif kind == ca.OP_INPUT:
+            inputs.append((count, operands[0], operands[1]))
+        elif kind in OPERATIONS:
+            steps.append((OPERATIONS[kind], count, tuple(current[number] for number in operands)))
+        else:
+            raise InputError(f"function '{function.name()}' holds an operation that cannot be enclosed (code {kind})")
+        current[into[0]] = count
+        count += 1
+    return Tape(tuple(steps), tuple(constants), tuple(inputs), tuple(map(tuple, outputs)), count)
+
+
+def _expanded(function: ca.Function) -> ca.Function:
+    try:
+        return function.expand()
+    except RuntimeError:
+        raise InputError(
+            f"function '{function.name()}' is no expression but compiled code, which cannot be enclosed"
+        ) from None
