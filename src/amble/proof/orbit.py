@@ -15,7 +15,8 @@ makes P a contraction in the norm of W on every ball inside X about the fixed po
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 import scipy.linalg
@@ -32,6 +33,15 @@ from amble.stability.monodromy import monodromy
 from amble.types import Matrix, Vector
 
 REFINEMENTS = 6
+RATE_SHARES = (0.5, 0.25, 0.1)
+"""Shares of the distance from the proved rate to 1 that are left on a basin; W is that of the first."""
+FINENESS = 1e-4
+"""Remainder of a step on a ball, as a share of the ball's radius."""
+WIDER = 1.001
+"""By which a box about a ball is taken wider than floating-point arithmetic says."""
+Lengths: TypeAlias = Sequence[Sequence[arb]]
+"""Of the steps in every domain."""
+
 RATE_MARGINS = (1e-6, 1e-4, 1e-3, 1e-2, 0.05)
 """Shares of the distance to 1 by which the proved rate may lie above the estimate of the spectral radius."""
 
@@ -77,14 +87,18 @@ class Basin:
     """A proved region of attraction: {x: |x - x*|_W <= size} in quotient coordinates.
 
     Attributes:
+        weight: W, on the quotient.
         size: in the norm of W.
         extent: how far it reaches in every coordinate of the quotient.
         rate: at which the distance shrinks in every cycle.
+        lengths: of the steps in every domain, exact, s.
     """
 
+    weight: Matrix
     size: float
     extent: Vector
     rate: float
+    lengths: list[list[arb]]
 
 
 def refined(prepared: ReturnMap, guess: Vector, goal: float, progress: Progress | None = None) -> list[arb]:
@@ -119,7 +133,13 @@ def refined(prepared: ReturnMap, guess: Vector, goal: float, progress: Progress 
     return best
 
 
-def prove_orbit(prepared: ReturnMap, centre: Sequence[arb], radii: Sequence[arb], lengths: Sequence[Sequence[arb]] | None = None) -> ProvedOrbit:
+def prove_orbit(
+    prepared: ReturnMap,
+    centre: Sequence[arb],
+    radii: Sequence[arb],
+    lengths: Lengths | None = None,
+    claim: tuple[Matrix, float | None] | None = None,
+) -> ProvedOrbit:
     """Prove that a box holds exactly one fixed point, and bound its multipliers.
 
     Args:
@@ -127,6 +147,7 @@ def prove_orbit(prepared: ReturnMap, centre: Sequence[arb], radii: Sequence[arb]
         centre: c, exact.
         radii: rho, exact.
         lengths: of the steps where they are known (``ProvedOrbit.lengths``).
+        claim: W and r that are to hold, r None where no stability is claimed; otherwise they are searched.
 
     Raises:
         ProofError: what could not be proved.
@@ -150,7 +171,7 @@ def prove_orbit(prepared: ReturnMap, centre: Sequence[arb], radii: Sequence[arb]
             )
     state = [value + change for value, change in zip(centre, newton[:size], strict=True)]
     reduced = quotient(whole.derivative, along)
-    weight, rate = _contraction(reduced)
+    weight, rate = _contraction(reduced) if claim is None else _claimed(reduced, *claim)
     values = _eigenvalues(reduced)
     return ProvedOrbit(
         centre=list(centre),
@@ -170,6 +191,8 @@ def prove_orbit(prepared: ReturnMap, centre: Sequence[arb], radii: Sequence[arb]
 def prove_basin(prepared: ReturnMap, orbit: ProvedOrbit, most: float = 1e-2, progress: Progress | None = None) -> Basin:
     """Find a large region that is proved to contract towards a proved orbit.
 
+    Its norm is another than that of the proved rate: W of a rate half-way to 1 is better conditioned.
+
     Args:
         prepared: the map.
         orbit: proved exponentially stable.
@@ -180,34 +203,61 @@ def prove_basin(prepared: ReturnMap, orbit: ProvedOrbit, most: float = 1e-2, pro
         ProofError: not even the box of the orbit's own proof contracts: its reason.
     """
     along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
-    span, _ = _complement(along)
-    reach = np.sqrt(np.diag(np.linalg.inv(orbit.weight)))
-    size, reason = most / float(reach.max()), ProofError("no radius was tried")
-    while size * reach.max() > float(largest(orbit.radii)):
+    middle = midpoints(quotient(orbit.derivative, along))
+    rates = [1.0 - (1.0 - orbit.rate) * share for share in RATE_SHARES]
+    weight = _lyapunov(middle, rates[0])
+    weight /= np.diag(weight).max()
+    reach = float(np.sqrt(np.diag(np.linalg.inv(weight))).max())
+    size, reason = most / reach, ProofError("the return map is not proved to contract on any ball")
+    while size * reach > float(largest(orbit.radii)):
         try:
-            rate = _rate_on_ball(prepared, orbit, size, span)
+            found = contraction_on_ball(prepared, orbit, weight, size, rates)
         except ProofError as error:
-            reason, rate = error, np.inf
+            found, reason = None, error
         if progress is not None:
-            progress(ProgressReport(what="basin", done=0, quantity="radius", value=size * float(reach.max())))
-        if rate < 1.0:
-            return Basin(size=size, extent=size * reach, rate=rate)
+            progress(ProgressReport(what="basin", quantity="radius", value=size * reach))
+        if found is not None:
+            return found
         size /= 4.0
     raise reason
 
 
-def _rate_on_ball(prepared: ReturnMap, orbit: ProvedOrbit, size: float, span: Matrix) -> float:
-    """Return the proved contraction of P on the ball of W; infinite where there is none."""
-    reach = np.abs(span) @ np.sqrt(np.diag(np.linalg.inv(orbit.weight))) * size * (1.0 + 1e-9)
-    off = [(value - centre).abs_upper() for value, centre in zip(orbit.state, orbit.centre, strict=True)]
-    radii = [(arb(float(value)) + extra).upper() for value, extra in zip(reach, off, strict=True)]
-    found = prepared(orbit.centre, radii)
+def contraction_on_ball(
+    prepared: ReturnMap,
+    orbit: ProvedOrbit,
+    weight: Matrix,
+    size: float,
+    rates: Sequence[float],
+    lengths: Lengths | None = None,
+) -> Basin | None:
+    """Prove that P contracts on a ball of W about the fixed point; None where it does at none of the rates.
+
+    Args:
+        prepared: the map.
+        orbit: proved exponentially stable.
+        weight: W.
+        size: of the ball.
+        rates: that are tried, the first that holds is the result's.
+        lengths: of the steps where they are known.
+
+    Raises:
+        ProofError: the map could not be enclosed over the ball.
+    """
     along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
+    span, _ = _complement(along)
+    # |U v|_i <= |v|_W sqrt((U W^-1 U^T)_ii); what rounding spoils here, the share below is far more
+    reach = np.sqrt(np.diag(span @ np.linalg.inv(weight) @ span.T))
+    off = [(value - centre).abs_upper() for value, centre in zip(orbit.state, orbit.centre, strict=True)]
+    radii = [(arb(float(size * value)) * WIDER + extra).upper() for value, extra in zip(reach, off, strict=True)]
+    # steps need not be more accurate than the set is small
+    coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * float(largest(radii))))
+    found = coarse(orbit.centre, radii, lengths)
     reduced = quotient(found.derivative, along)
-    for rate in (orbit.rate, *(1.0 - (1.0 - orbit.rate) * share for share in (0.9, 0.5, 0.1, 0.01))):
-        if contracts(reduced, orbit.weight, rate):
-            return rate
-    return float("inf")
+    for rate in rates:
+        if rate < 1.0 and contracts(reduced, weight, rate):
+            extent = size * np.sqrt(np.diag(np.linalg.inv(weight)))
+            return Basin(weight=weight, size=size, extent=extent, rate=rate, lengths=[arc.lengths for arc in found.arcs])
+    return None
 
 
 def translations(system: HybridSystem, state: Vector) -> Matrix:
@@ -280,11 +330,25 @@ def _contraction(matrix: arb_mat) -> tuple[Matrix, float]:
         rate = estimate + margin * (1.0 - estimate)
         if not 0.0 < rate < 1.0:
             break
-        weight = scipy.linalg.solve_discrete_lyapunov((middle / rate).T, np.eye(len(middle)))
-        weight = 0.5 * (weight + weight.T)
+        weight = _lyapunov(middle, rate)
         if contracts(matrix, weight, rate):
             return weight, rate
     return np.eye(len(middle)), 2.0
+
+
+def _lyapunov(matrix: Matrix, rate: float) -> Matrix:
+    """Return W with W - (A/r)^T W (A/r) = 1, symmetric."""
+    weight = scipy.linalg.solve_discrete_lyapunov((matrix / rate).T, np.eye(len(matrix)))
+    return np.asarray(0.5 * (weight + weight.T))
+
+
+def _claimed(matrix: arb_mat, weight: Matrix, rate: float | None) -> tuple[Matrix, float]:
+    """Check W and r that a proof claims."""
+    if rate is None:
+        return weight, 2.0
+    if not (0.0 < rate < 1.0 and np.array_equal(weight, weight.T) and contracts(matrix, weight, rate)):
+        raise ProofError(f"the claimed bound {rate:.6g} of the spectral radius does not follow with the claimed W")
+    return weight, rate
 
 
 def _positive_definite(matrix: arb_mat) -> bool:

@@ -112,14 +112,14 @@ class Tape:
     """The operations of one function.
 
     Attributes:
-        steps: (operation, number of the result's place, numbers of the operands' places) in order.
+        steps: (casadi's code of the operation, number of the result's place, numbers of the operands' places) in order.
         constants: (place, number).
         inputs: (place, number of the argument, number of its entry).
-        outputs: result -> for every entry its place; None for a structural zero.
+        outputs: result -> for every entry its place.
         places: how many there are.
     """
 
-    steps: tuple[tuple[Callable[..., Value], int, tuple[int, ...]], ...]
+    steps: tuple[tuple[int, int, tuple[int, ...]], ...]
     constants: tuple[tuple[int, float], ...]
     inputs: tuple[tuple[int, int, int], ...]
     outputs: tuple[tuple[int, ...], ...]
@@ -139,12 +139,16 @@ class Tape:
             place[where] = arb(constant)
         for where, argument, entry in self.inputs:
             place[where] = arguments[argument][entry]
-        for operation, where, operands in self.steps:
+        for code, where, operands in self.steps:
             if len(operands) == 2:
-                place[where] = operation(place[operands[0]], place[operands[1]])
+                place[where] = OPERATIONS[code](place[operands[0]], place[operands[1]])
             else:
-                place[where] = operation(place[operands[0]])
+                place[where] = OPERATIONS[code](place[operands[0]])
         return [[place[where] for where in result] for result in self.outputs]
+
+    def listing(self) -> str:
+        """Return all of it as text that is the same for the same expressions: constants are written exactly."""
+        return repr((self.steps, [(where, value.hex()) for where, value in self.constants], self.inputs, self.outputs))
 
 
 def record(function: ca.Function) -> Tape:
@@ -169,7 +173,7 @@ def record(function: ca.Function) -> Tape:
         elif kind == ca.OP_INPUT:
             inputs.append((count, operands[0], operands[1]))
         elif kind in OPERATIONS:
-            steps.append((OPERATIONS[kind], count, tuple(current[number] for number in operands)))
+            steps.append((kind, count, tuple(current[number] for number in operands)))
         else:
             raise InputError(f"function '{function.name()}' holds an operation that cannot be enclosed (code {kind})")
         current[into[0]] = count

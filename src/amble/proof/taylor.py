@@ -32,6 +32,10 @@ class Field(Protocol):
     def size(self) -> int:
         """Number of states."""
 
+    @property
+    def tapes(self) -> tuple[Tape, ...]:
+        """The expressions that it is made of."""
+
     def motion(self, clock: arb, state: Sequence[arb], order: int) -> Coefficients:
         """Return x_0 ... x_order."""
 
@@ -71,6 +75,11 @@ class ExplicitField:
             parameters=tuple(arb(float(value)) for value in domain.parameters),
             size=domain.state_size,
         )
+
+    @property
+    def tapes(self) -> tuple[Tape, ...]:
+        """The expressions that it is made of."""
+        return self.rate, self.slope
 
     def motion(self, clock: arb, state: Sequence[arb], order: int) -> Coefficients:
         """Expand the motion by equation (1)."""
