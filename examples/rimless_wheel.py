@@ -47,6 +47,11 @@ def find_orbit(system: HybridSystem, spokes: int = SPOKES, slope: float = SLOPE)
     return found, multipliers(system, found.state)
 
 
+def rolling() -> tuple[HybridSystem, np.ndarray]:
+    """Return the wheel and a start near its orbit, for ``amble prove examples/rimless_wheel.py:rolling``."""
+    return rimless_wheel(), np.array([SLOPE - np.pi / SPOKES, known_rate()])
+
+
 if __name__ == "__main__":
     wheel = rimless_wheel()
     orbit, spectrum = find_orbit(wheel)

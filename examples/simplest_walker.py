@@ -37,11 +37,25 @@ def simplest_walker(slope: float = SLOPE) -> HybridSystem:
     return HybridSystem([swing], [strike], state_names=("theta", "phi", "theta_rate", "phi_rate"))
 
 
+def after_strike(guess: tuple[float, float]) -> np.ndarray:
+    """Return the state just after heel strike at a guess of (theta, theta_rate)."""
+    theta, theta_rate = guess
+    return np.array([theta, 2 * theta, theta_rate, (1 - np.cos(2 * theta)) * theta_rate])
+
+
+def long_step() -> tuple[HybridSystem, np.ndarray]:
+    """Return the walker with a start near its long step, for ``amble prove examples/simplest_walker.py:long_step``."""
+    return simplest_walker(), after_strike(LONG_STEP)
+
+
+def short_step() -> tuple[HybridSystem, np.ndarray]:
+    """Return the walker with a start near its short step, which is unstable."""
+    return simplest_walker(), after_strike(SHORT_STEP)
+
+
 def find_orbit(system: HybridSystem, guess: tuple[float, float]) -> tuple[FixedPoint, Spectrum]:
     """Return the fixed point just after heel strike near a guess of (theta, theta_rate), and its multipliers."""
-    theta, theta_rate = guess
-    start = np.array([theta, 2 * theta, theta_rate, (1 - np.cos(2 * theta)) * theta_rate])
-    found = fixed_point(system, start)
+    found = fixed_point(system, after_strike(guess))
     return found, multipliers(system, found.state)
 
 

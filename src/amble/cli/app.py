@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import checking, doctor, making, reproducing, robots, validating, view, walking
+from amble.cli import checking, doctor, making, proving, reproducing, robots, validating, view, walking
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -56,6 +56,7 @@ COMMANDS = (
     checking.check,
     making.stabilize,
     checking.certify,
+    proving.prove,
     walking.simulate,
     walking.compare,
     walking.export,

@@ -47,6 +47,23 @@ def load_plugins(named: Iterable[str]) -> None:
             raise InputError(f"plugin '{shown(name)}' cannot be imported: {shown(reason, 300)}") from error
 
 
+def named_object(text: str) -> Any:
+    """Return what ``MODULE:NAME`` or ``FILE.py:NAME`` on the command line names.
+
+    Raises:
+        InputError: in one sentence, where there is no such thing.
+    """
+    module, mark, name = text.rpartition(":")
+    if not (mark and module and name):
+        raise InputError(f"'{shown(text)}' is not MODULE:NAME or FILE.py:NAME")
+    try:
+        loaded = _file(Path(module)) if module.endswith(".py") else importlib.import_module(module)
+        return getattr(loaded, name)
+    except Exception as error:  # whatever the code of others raises
+        reason = str(error) or type(error).__name__
+        raise InputError(f"'{shown(text)}' cannot be loaded: {shown(reason, 300)}") from error
+
+
 def _file(path: Path) -> ModuleType:
     """Import a file as a module of its own name, once."""
     place = path.resolve()

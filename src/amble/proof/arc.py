@@ -13,109 +13,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import casadi as ca
 from flint import arb, arb_mat
 
-from amble.errors import InputError, WorkError
-from amble.hybrid import Domain, Transition
 from amble.proof.arithmetic import column, identity, inside, largest, row_sum_norm, symmetric
+from amble.proof.leg import Leg, ProofError, Surface
 from amble.proof.moving_set import MovingSet
 from amble.proof.step import Step, StepError, take_step
-from amble.proof.tape import NOT_ENCLOSED, Tape, record
-from amble.proof.taylor import ExplicitField, Field
+from amble.proof.tape import NOT_ENCLOSED
 
 NEWTON_STEPS = 20
 TUBE_ATTEMPTS = 6
 MOST_EXCESS = 1e3
 """A step whose remainder is larger than the tolerance by more is taken again, shorter."""
-
-
-class ProofError(WorkError):
-    """A proof does not succeed: the step of it that fails, where along the orbit, and by how much."""
-
-
-@dataclass(frozen=True)
-class Surface:
-    """A guard or a margin with its slopes, over (t, x, p).
-
-    Attributes:
-        name: of what it is.
-        values: tape of the function, its slope along x and its slope along t.
-        sign: by which it is multiplied.
-        dead_time: clock before which it is not looked at, s.
-    """
-
-    name: str
-    values: Tape
-    sign: int
-    dead_time: float = 0.0
-
-    @classmethod
-    def of(cls, name: str, function: ca.Function, sign: int, dead_time: float = 0.0) -> Surface:
-        """Differentiate a function of (t, x, p)."""
-        t, x, p = _symbols(function)
-        value = ca.densify(function(t, x, p))
-        slopes = [value, ca.densify(ca.jacobian(value, x)), ca.densify(ca.jacobian(value, t))]
-        return cls(name, record(ca.Function("surface", [t, x, p], slopes)), sign, dead_time)
-
-    def at(self, clock: arb, state: Sequence[arb], parameters: Sequence[arb]) -> tuple[arb, list[arb], arb]:
-        """Return g, g_x, g_t."""
-        (value,), along, (drift,) = self.values([clock], state, parameters)
-        return self.sign * value, [self.sign * slope for slope in along], self.sign * drift
-
-
-@dataclass(frozen=True)
-class Leg:
-    """A domain as the proof needs it.
-
-    Attributes:
-        domain: itself.
-        transition: that ends it.
-        field: its vector field.
-        exit: guard of that transition.
-        others: guards of its other transitions, which must not fire.
-        margins: that must stay positive.
-        reset: tape of R, R_x by columns, R_t.
-        parameters: the value of p.
-    """
-
-    domain: Domain
-    transition: Transition
-    field: Field
-    exit: Surface
-    others: tuple[Surface, ...]
-    margins: tuple[Surface, ...]
-    reset: Tape
-    parameters: tuple[arb, ...]
-
-    @classmethod
-    def of(cls, domain: Domain, transition: Transition, leaving: Sequence[Transition]) -> Leg:
-        """Prepare a domain.
-
-        Raises:
-            InputError: a function is compiled code, holds an operation without an enclosure, or the transition fires at
-                the entry.
-        """
-        if any(item.at_entry for item in leaving):
-            raise InputError(f"domain '{domain.name}' may be left at its entry (simultaneous guards): no proof of that")
-        t, x, p = _symbols(transition.reset)
-        after = ca.densify(transition.reset(t, x, p))
-        slopes = [after, ca.densify(ca.jacobian(after, x)), ca.densify(ca.jacobian(after, t))]
-        guards = {
-            item.name: Surface.of(f"guard of '{item.name}'", item.guard, item.direction, item.dead_time)
-            for item in leaving
-        }
-        margins = () if domain.admissibility is None else (Surface.of("admissibility", domain.admissibility, 1),)
-        return cls(
-            domain=domain,
-            transition=transition,
-            field=ExplicitField.of(domain),
-            exit=guards[transition.name],
-            others=tuple(guard for name, guard in guards.items() if name != transition.name),
-            margins=margins,
-            reset=record(ca.Function("reset", [t, x, p], slopes)),
-            parameters=tuple(arb(float(value)) for value in domain.parameters),
-        )
 
 
 @dataclass(frozen=True)
@@ -164,23 +73,21 @@ def follow(
                 done, last = _to_the_guard(leg, clock, here, done, order)
             for other in leg.others:
                 if not _quiet(other, leg, clock, done):
-                    raise ProofError(f"the {other.name} may fire {_place(leg, clock)}")
+                    raise ProofError(f"the {other.name} may fire {leg.place(clock)}")
             _require_margins(leg, clock, done)
         except (StepError, *NOT_ENCLOSED) as error:
-            raise ProofError(f"{error} {_place(leg, clock)}") from None
+            raise ProofError(f"{error} {leg.place(clock)}") from None
         here = here.moved(done.image, done.slope)
         clock, taken = clock + done.length, [*taken, done.length]
         if last:
             if not _rises(leg.exit, leg, clock - done.length, done):
-                raise ProofError(f"the {leg.exit.name} may be crossed more than once {_place(leg, clock)}")
+                raise ProofError(f"the {leg.exit.name} may be crossed more than once {leg.place(clock)}")
             after, duration = _cross(leg, clock, here)
             return Arc(after, taken, duration)
-    raise ProofError(f"{most} steps were not enough {_place(leg, clock)}")
+    raise ProofError(f"{most} steps were not enough {leg.place(clock)}")
 
 
-def _fitting_step(
-    leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, tolerance: float
-) -> tuple[Step, arb]:
+def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, tolerance: float) -> tuple[Step, arb]:
     """Take a step whose remainder is about the tolerance; returns the length for the next one too.
 
     Args:
@@ -213,18 +120,13 @@ def _quiet(guard: Surface, leg: Leg, clock: arb, done: Step) -> bool:
         return True
     during = clock.union(clock + done.length)
     value, along, drift = guard.at(during, done.tube, leg.parameters)
-    return bool(value < 0) or bool(value > 0) or bool(_rate(leg, during, done.tube, along, drift) < 0)
+    return bool(value < 0) or bool(value > 0) or bool(leg.rate(during, done.tube, along, drift) < 0)
 
 
 def _rises(guard: Surface, leg: Leg, clock: arb, done: Step) -> bool:
     during = clock.union(clock + done.length)
     _, along, drift = guard.at(during, done.tube, leg.parameters)
-    return bool(_rate(leg, during, done.tube, along, drift) > 0)
-
-
-def _rate(leg: Leg, clock: arb, state: Sequence[arb], along: Sequence[arb], drift: arb) -> arb:
-    (rate,) = leg.field.motion(clock, state, 1)[1:]
-    return sum((slope * value for slope, value in zip(along, rate, strict=True)), start=drift)
+    return bool(leg.rate(during, done.tube, along, drift) > 0)
 
 
 def _require_margins(leg: Leg, clock: arb, done: Step) -> None:
@@ -233,7 +135,7 @@ def _require_margins(leg: Leg, clock: arb, done: Step) -> None:
         value, _, _ = margin.at(during, done.tube, leg.parameters)
         if not value > 0:
             low = value.lower().str(4, radius=False)
-            raise ProofError(f"the margin of {margin.name} is only known to be above {low} {_place(leg, clock)}")
+            raise ProofError(f"the margin of {margin.name} is only known to be above {low} {leg.place(clock)}")
 
 
 def _to_the_guard(leg: Leg, clock: arb, here: MovingSet, done: Step, order: int) -> tuple[Step, bool]:
@@ -251,7 +153,7 @@ def _to_the_guard(leg: Leg, clock: arb, here: MovingSet, done: Step, order: int)
         done = take_step(leg.field, clock, here.centre, here.hull(), half, order, halve=False)
         if _quiet(leg.exit, leg, clock, done):
             return done, False
-    raise ProofError(f"the {leg.exit.name} is not crossed transversally {_place(leg, clock)}")
+    raise ProofError(f"the {leg.exit.name} is not crossed transversally {leg.place(clock)}")
 
 
 def _root(leg: Leg, clock: arb, done: Step, start: arb) -> arb | None:
@@ -260,7 +162,7 @@ def _root(leg: Leg, clock: arb, done: Step, start: arb) -> arb | None:
     for _ in range(NEWTON_STEPS):
         state = [_polynomial([row[i].mid() for row in done.polynomial], at) for i in range(leg.field.size)]
         value, along, drift = leg.exit.at(clock + at, state, leg.parameters)
-        change = (value / _rate(leg, clock + at, state, along, drift)).mid()
+        change = (value / leg.rate(clock + at, state, along, drift)).mid()
         at = (at - change).mid()
         if not at.is_finite():
             return None
@@ -274,17 +176,17 @@ def _cross(leg: Leg, clock: arb, here: MovingSet) -> tuple[MovingSet, arb]:
     hull = here.hull()
     tube, reach = _crossing_tube(leg, clock, hull)
     during = clock + symmetric(reach)
-    value, along, drift = leg.exit.at(during, tube, leg.parameters)
+    _, along, drift = leg.exit.at(during, tube, leg.parameters)
     (rate,) = leg.field.motion(during, tube, 1)[1:]
     speed = sum((slope * change for slope, change in zip(along, rate, strict=True)), start=drift)
     # the centre: it crosses at clock + delay
     middle, _, _ = leg.exit.at(clock, here.centre, leg.parameters)
     delay = -middle / speed
     crossing = [centre + delay * change for centre, change in zip(here.centre, rate, strict=True)]
-    image, _, _ = leg.reset([clock + delay], crossing, leg.parameters)
+    image, _, _ = leg.reset.balls([clock + delay], crossing, leg.parameters)
     # every point: slope of state at the crossing, then of the reset
     size = leg.field.size
-    _, flat, reset_t = leg.reset([during], tube, leg.parameters)
+    _, flat, reset_t = leg.reset.balls([during], tube, leg.parameters)
     reset_x = arb_mat(size, len(image), flat).transpose()
     moved = reset_x * column(rate) + column(reset_t)
     slope = reset_x - moved * arb_mat(1, size, along) / speed
@@ -298,22 +200,25 @@ def _cross(leg: Leg, clock: arb, here: MovingSet) -> tuple[MovingSet, arb]:
 def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[list[arb], arb]:
     """Return a box that holds the motions on clock +- d and d itself, such that every motion crosses within."""
     value, along, drift = leg.exit.at(clock, hull, leg.parameters)
-    speed = _rate(leg, clock, hull, along, drift)
+    speed = leg.rate(clock, hull, along, drift)
     if not speed > 0:
-        raise ProofError(f"the {leg.exit.name} is not crossed transversally {_place(leg, clock)}")
+        raise ProofError(f"the {leg.exit.name} is not crossed transversally {leg.place(clock)}")
     reach = (2 * largest([value]) / speed).upper() + arb(2) ** -200
     for _ in range(TUBE_ATTEMPTS):
         (rate,) = leg.field.motion(clock, hull, 1)[1:]
-        tube = [at + symmetric(4 * reach * change.abs_upper() + reach * reach) for at, change in zip(hull, rate, strict=True)]
+        tube = [
+            at + symmetric(4 * reach * change.abs_upper() + reach * reach)
+            for at, change in zip(hull, rate, strict=True)
+        ]
         during = clock + symmetric(reach)
         (within,) = leg.field.motion(during, tube, 1)[1:]
         held = [at + symmetric(reach * change.abs_upper()) for at, change in zip(hull, within, strict=True)]
         _, along, drift = leg.exit.at(during, tube, leg.parameters)
-        speed = _rate(leg, during, tube, along, drift)
+        speed = leg.rate(during, tube, along, drift)
         if inside(held, tube) and speed > 0 and largest([value]) < reach * speed.lower():
             return tube, reach
         reach = 2 * reach
-    raise ProofError(f"the crossing of the {leg.exit.name} could not be enclosed {_place(leg, clock)}")
+    raise ProofError(f"the crossing of the {leg.exit.name} could not be enclosed {leg.place(clock)}")
 
 
 def _polynomial(coefficients: Sequence[arb], at: arb) -> arb:
@@ -321,11 +226,3 @@ def _polynomial(coefficients: Sequence[arb], at: arb) -> arb:
     for value in reversed(coefficients[:-1]):
         total = (total * at + value).mid()
     return total
-
-
-def _place(leg: Leg, clock: arb) -> str:
-    return f"in domain '{leg.domain.name}' at clock {float(clock):.6g} s"
-
-
-def _symbols(function: ca.Function) -> list[ca.SX]:
-    return [ca.SX.sym(name, function.numel_in(i)) for i, name in enumerate(("t", "x", "p"))]

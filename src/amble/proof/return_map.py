@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from flint import arb, arb_mat
 
 from amble.hybrid import HybridSystem
-from amble.proof.arc import Arc, Leg, follow
+from amble.proof.arc import Arc, follow
+from amble.proof.leg import Leg
 from amble.proof.moving_set import MovingSet
 
 

@@ -102,9 +102,7 @@ def _enclosure(field: Field, clock: arb, motion: Coefficients, length: arb, orde
             along = field.motion(during, box, order)
         except NOT_ENCLOSED:
             return None
-        reached = [
-            value + span**order * remainder for value, remainder in zip(polynomial, along[order], strict=True)
-        ]
+        reached = [value + span**order * remainder for value, remainder in zip(polynomial, along[order], strict=True)]
         if inside(reached, box):
             return _Tube(reached, along)
         slack = [4 * (last * largest([value]) + extra) for value, extra in zip(along[order], slack, strict=True)]

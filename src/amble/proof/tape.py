@@ -26,6 +26,10 @@ NOT_ENCLOSED = (UndecidedError, ZeroDivisionError, ValueError)
 """What an operation on balls raises where its result has no bounds: python-flint's own errors are of the last two."""
 
 
+LARGEST_PRODUCT = 64
+"""A larger power is computed by logarithm and exponential."""
+
+
 def _leading(value: Value) -> arb:
     return value[0] if isinstance(value, arb_series) else value
 
@@ -64,6 +68,17 @@ def _where(condition: Value, value: Value) -> Value:
     return arb(0) if _decided(_leading(condition) == 0, _leading(condition) != 0, "if") else value
 
 
+def _power(base: Value, exponent: Value) -> Value:
+    power = _leading(exponent).unique_fmpz()
+    if power is None or abs(int(power)) > LARGEST_PRODUCT or not _leading(exponent).is_integer():
+        return (base.log() * exponent).exp()
+    count = int(power)
+    product: Value = arb(1)
+    for _ in range(abs(count)):
+        product = product * base
+    return 1 / product if count < 0 else product
+
+
 OPERATIONS: dict[int, Callable[..., Value]] = {
     ca.OP_ASSIGN: lambda a: a,
     ca.OP_ADD: lambda a, b: a + b,
@@ -83,8 +98,8 @@ OPERATIONS: dict[int, Callable[..., Value]] = {
     ca.OP_ATAN: lambda a: a.atan(),
     ca.OP_EXP: lambda a: a.exp(),
     ca.OP_LOG: lambda a: a.log(),
-    ca.OP_POW: lambda a, b: _power(a, b),
-    ca.OP_CONSTPOW: lambda a, b: _power(a, b),
+    ca.OP_POW: _power,
+    ca.OP_CONSTPOW: _power,
     ca.OP_TANH: lambda a: 1 - 2 / ((a + a).exp() + 1),
     ca.OP_FABS: _size,
     ca.OP_LT: _less,
@@ -94,17 +109,6 @@ OPERATIONS: dict[int, Callable[..., Value]] = {
     ca.OP_FMIN: _smaller,
     ca.OP_FMAX: _larger,
 }
-
-
-def _power(base: Value, exponent: Value) -> Value:
-    power = _leading(exponent)
-    if not power.is_integer() or abs(int(power.unique_fmpz())) > 64:
-        return (base.log() * exponent).exp()
-    count = int(power.unique_fmpz())
-    product: Value = arb(1)
-    for _ in range(abs(count)):
-        product = product * base
-    return 1 / product if count < 0 else product
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,10 @@ class Tape:
             else:
                 place[where] = OPERATIONS[code](place[operands[0]])
         return [[place[where] for where in result] for result in self.outputs]
+
+    def balls(self, *arguments: Sequence[arb]) -> list[list[arb]]:
+        """Return the same for arguments that are balls, not series."""
+        return [[_leading(value) for value in result] for result in self(*arguments)]
 
     def listing(self) -> str:
         """Return all of it as text that is the same for the same expressions: constants are written exactly."""

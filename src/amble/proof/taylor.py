@@ -66,11 +66,12 @@ class ExplicitField:
         Raises:
             InputError: it is compiled code, or holds an operation that has no enclosure.
         """
+        rate = record(domain.field)  # first: compiled code is refused here, in a sentence
         t, x = ca.SX.sym("t"), ca.SX.sym("x", domain.state_size)
         p = ca.SX.sym("p", domain.parameters.size)
         jacobian = ca.densify(field_jacobian(domain)(t, x, p))
         return cls(
-            rate=record(domain.field),
+            rate=rate,
             slope=record(ca.Function("slope", [t, x, p], [jacobian])),
             parameters=tuple(arb(float(value)) for value in domain.parameters),
             size=domain.state_size,

@@ -1,0 +1,121 @@
+"""A proved region of attraction: the largest ball that was found on which the return map contracts.
+
+Over a box that holds the ball, every matrix A in the enclosure of the derivative obeys docs/theory/proof.md, eq. 4, so
+the map is a contraction in the norm of W on the ball.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from flint import arb
+
+from amble.progress import Progress, ProgressReport
+from amble.proof.arithmetic import largest, midpoints
+from amble.proof.leg import ProofError
+from amble.proof.orbit import Lengths, ProvedOrbit
+from amble.proof.quotient import complement, contracts, lyapunov, quotient, translations
+from amble.proof.return_map import ReturnMap
+from amble.types import Matrix, Vector
+
+RATE_SHARES = (0.5, 0.25, 0.1)
+"""Shares of the distance from the proved rate to 1 that are left on a basin; W is that of the first."""
+FINENESS = 1e-4
+"""Remainder of a step on a ball, as a share of the ball's radius."""
+WIDER = 1.001
+"""By which a box about a ball is taken wider than floating-point arithmetic says."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Basin:
+    """A proved region of attraction: {x: |x - x*|_W <= size} in quotient coordinates.
+
+    Attributes:
+        weight: W, on the quotient.
+        size: in the norm of W.
+        extent: how far it reaches in every coordinate of the quotient.
+        rate: at which the distance shrinks in every cycle.
+        lengths: of the steps in every domain, exact, s.
+    """
+
+    weight: Matrix
+    size: float
+    extent: Vector
+    rate: float
+    lengths: list[list[arb]]
+
+
+def prove_basin(prepared: ReturnMap, orbit: ProvedOrbit, most: float = 1e-2, progress: Progress | None = None) -> Basin:
+    """Find a large region that is proved to contract towards a proved orbit.
+
+    Its norm is another than that of the proved rate: W of a rate half-way to 1 is better conditioned.
+
+    Args:
+        prepared: the map.
+        orbit: proved exponentially stable.
+        most: the largest radius tried, as a change of the coordinate that may change most.
+        progress: called after every attempt.
+
+    Raises:
+        ProofError: not even the box of the orbit's own proof contracts: its reason.
+    """
+    along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
+    middle = midpoints(quotient(orbit.derivative, along))
+    rates = [1.0 - (1.0 - orbit.rate) * share for share in RATE_SHARES]
+    weight = lyapunov(middle, rates[0])
+    weight /= np.diag(weight).max()
+    reach = float(np.sqrt(np.diag(np.linalg.inv(weight))).max())
+    size, reason = most / reach, ProofError("the return map is not proved to contract on any ball")
+    while size * reach > float(largest(orbit.radii)):
+        try:
+            found = contraction_on_ball(prepared, orbit, weight, size, rates)
+        except ProofError as error:
+            found, reason = None, error
+        if progress is not None:
+            progress(ProgressReport(what="basin", quantity="radius", value=size * reach))
+        if found is not None:
+            return found
+        size /= 4.0
+    raise reason
+
+
+def contraction_on_ball(
+    prepared: ReturnMap,
+    orbit: ProvedOrbit,
+    weight: Matrix,
+    size: float,
+    rates: Sequence[float],
+    lengths: Lengths | None = None,
+) -> Basin | None:
+    """Prove that P contracts on a ball of W about the fixed point; None where it does at none of the rates.
+
+    Args:
+        prepared: the map.
+        orbit: proved exponentially stable.
+        weight: W.
+        size: of the ball.
+        rates: that are tried, the first that holds is the result's.
+        lengths: of the steps where they are known.
+
+    Raises:
+        ProofError: the map could not be enclosed over the ball.
+    """
+    along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
+    span, _ = complement(along)
+    # |U v|_i <= |v|_W sqrt((U W^-1 U^T)_ii); what rounding spoils here, the share below is far more
+    reach = np.sqrt(np.diag(span @ np.linalg.inv(weight) @ span.T))
+    off = [(value - centre).abs_upper() for value, centre in zip(orbit.state, orbit.centre, strict=True)]
+    radii = [(arb(float(size * value)) * WIDER + extra).upper() for value, extra in zip(reach, off, strict=True)]
+    # steps need not be more accurate than the set is small
+    coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * float(largest(radii))))
+    found = coarse(orbit.centre, radii, lengths)
+    reduced = quotient(found.derivative, along)
+    for rate in rates:
+        if rate < 1.0 and contracts(reduced, weight, rate):
+            extent = size * np.sqrt(np.diag(np.linalg.inv(weight)))
+            return Basin(
+                weight=weight, size=size, extent=extent, rate=rate, lengths=[arc.lengths for arc in found.arcs]
+            )
+    return None

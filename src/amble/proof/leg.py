@@ -1,0 +1,116 @@
+"""A domain as the proof needs it: its field, its guards with their slopes, its margin and its reset, on balls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+from flint import arb
+
+from amble.errors import InputError, WorkError
+from amble.hybrid import Domain, Transition
+from amble.proof.tape import Tape, record
+from amble.proof.taylor import ExplicitField, Field
+
+
+class ProofError(WorkError):
+    """A proof does not succeed: the step of it that fails, where along the orbit, and by how much."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A guard or a margin with its slopes, over (t, x, p).
+
+    Attributes:
+        name: of what it is.
+        values: tape of the function, its slope along x and its slope along t.
+        sign: by which it is multiplied.
+        dead_time: clock before which it is not looked at, s.
+    """
+
+    name: str
+    values: Tape
+    sign: int
+    dead_time: float = 0.0
+
+    @classmethod
+    def of(cls, name: str, function: ca.Function, sign: int, dead_time: float = 0.0) -> Surface:
+        """Differentiate a function of (t, x, p)."""
+        t, x, p = _symbols(function)
+        value = ca.densify(function(t, x, p))
+        slopes = [value, ca.densify(ca.jacobian(value, x)), ca.densify(ca.jacobian(value, t))]
+        return cls(name, record(ca.Function("surface", [t, x, p], slopes)), sign, dead_time)
+
+    def at(self, clock: arb, state: Sequence[arb], parameters: Sequence[arb]) -> tuple[arb, list[arb], arb]:
+        """Return g, g_x, g_t."""
+        (value,), along, (drift,) = self.values.balls([clock], state, parameters)
+        return self.sign * value, [self.sign * slope for slope in along], self.sign * drift
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A domain as the proof needs it.
+
+    Attributes:
+        domain: itself.
+        transition: that ends it.
+        field: its vector field.
+        exit: guard of that transition.
+        others: guards of its other transitions, which must not fire.
+        margins: that must stay positive.
+        reset: tape of R, R_x by columns, R_t.
+        parameters: the value of p.
+    """
+
+    domain: Domain
+    transition: Transition
+    field: Field
+    exit: Surface
+    others: tuple[Surface, ...]
+    margins: tuple[Surface, ...]
+    reset: Tape
+    parameters: tuple[arb, ...]
+
+    @classmethod
+    def of(cls, domain: Domain, transition: Transition, leaving: Sequence[Transition]) -> Leg:
+        """Prepare a domain.
+
+        Raises:
+            InputError: a function is compiled code, holds an operation without an enclosure, or the transition fires at
+                the entry.
+        """
+        if any(item.at_entry for item in leaving):
+            raise InputError(f"domain '{domain.name}' may be left at its entry (simultaneous guards): no proof of that")
+        field = ExplicitField.of(domain)
+        t, x, p = _symbols(transition.reset)
+        after = ca.densify(transition.reset(t, x, p))
+        slopes = [after, ca.densify(ca.jacobian(after, x)), ca.densify(ca.jacobian(after, t))]
+        guards = {
+            item.name: Surface.of(f"guard of '{item.name}'", item.guard, item.direction, item.dead_time)
+            for item in leaving
+        }
+        margins = () if domain.admissibility is None else (Surface.of("admissibility", domain.admissibility, 1),)
+        return cls(
+            domain=domain,
+            transition=transition,
+            field=field,
+            exit=guards[transition.name],
+            others=tuple(guard for name, guard in guards.items() if name != transition.name),
+            margins=margins,
+            reset=record(ca.Function("reset", [t, x, p], slopes)),
+            parameters=tuple(arb(float(value)) for value in domain.parameters),
+        )
+
+    def rate(self, clock: arb, state: Sequence[arb], along: Sequence[arb], drift: arb) -> arb:
+        """Return the rate along the field of a function with slopes g_x and g_t."""
+        (rate,) = self.field.motion(clock, state, 1)[1:]
+        return sum((slope * value for slope, value in zip(along, rate, strict=True)), start=drift)
+
+    def place(self, clock: arb) -> str:
+        """Say where along the orbit something happens."""
+        return f"in domain '{self.domain.name}' at clock {float(clock):.6g} s"
+
+
+def _symbols(function: ca.Function) -> list[ca.SX]:
+    return [ca.SX.sym(name, function.numel_in(i)) for i, name in enumerate(("t", "x", "p"))]

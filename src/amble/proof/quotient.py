@@ -1,0 +1,126 @@
+"""The return map's derivative on the quotient by the translations: its contraction and its eigenvalues, proved.
+
+A system that is invariant under translations Xi has D Xi = Xi S; what is stable or not is the block A of D on the
+quotient (docs/theory/proof.md, section 5).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+from flint import acb, acb_mat, arb, arb_mat
+
+from amble.errors import InputError
+from amble.hybrid import HybridSystem
+from amble.proof.arithmetic import exact_matrix, midpoints, symmetric
+from amble.proof.leg import ProofError
+from amble.stability.group import generators
+from amble.types import Matrix, Vector
+
+RATE_MARGINS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05)
+"""Shares of the distance to 1 by which the proved rate may lie above the estimate of the spectral radius."""
+
+
+def translations(system: HybridSystem, state: Vector) -> Matrix:
+    """Return the symmetries of a system as columns, (n_x, n_symmetries).
+
+    Raises:
+        InputError: one of them is no translation.
+    """
+    for symmetry in system.symmetries:
+        if symmetry.generator.jac_sparsity(0, 0).nnz():
+            raise InputError(f"symmetry '{symmetry.name}' is no translation: no proof modulo it; leave it out")
+    if system.invariants:
+        raise InputError("a system with conserved quantities has families of orbits: no proof of one")
+    return generators(system, state)
+
+
+def quotient(derivative: arb_mat, along: Matrix) -> arb_mat:
+    """Return the block of the derivative on the quotient by the translations.
+
+    With T = (Xi, U) invertible, D Xi = Xi S, so T^-1 D T is block triangular with the quotient's block last.
+    """
+    span, full = complement(along)
+    inverse = exact_matrix(full).inv()
+    turned = (inverse * derivative * exact_matrix(span)).tolist()
+    return arb_mat(turned[along.shape[1] :])
+
+
+def contracts(matrix: arb_mat, weight: Matrix, rate: float) -> bool:
+    """Whether r^2 W - A^T W A > 0 and W > 0 for every matrix in the balls, by an interval Cholesky factorisation."""
+    w = exact_matrix(weight)
+    return _positive_definite(w) and _positive_definite(arb(rate) ** 2 * w - matrix.transpose() * w * matrix)
+
+
+def complement(along: Matrix) -> tuple[Matrix, Matrix]:
+    """Return U, columns that complete the translations, and (Xi, U)."""
+    if not along.shape[1]:
+        return np.eye(along.shape[0]), np.eye(along.shape[0])
+    factor, _ = np.linalg.qr(along, mode="complete")
+    span = factor[:, along.shape[1] :]
+    return span, np.hstack([along, span])
+
+
+def contraction(matrix: arb_mat) -> tuple[Matrix, float]:
+    """Return W and the smallest rate r that a factorisation proves; a rate of 2 where none below 1 is."""
+    middle = midpoints(matrix)
+    estimate = float(np.abs(np.linalg.eigvals(middle)).max())
+    for margin in RATE_MARGINS:
+        rate = estimate + margin * (1.0 - estimate)
+        if not 0.0 < rate < 1.0:
+            break
+        weight = lyapunov(middle, rate)
+        if contracts(matrix, weight, rate):
+            return weight, rate
+    return np.eye(len(middle)), 2.0
+
+
+def lyapunov(matrix: Matrix, rate: float) -> Matrix:
+    """Return W with W - (A/r)^T W (A/r) = 1, symmetric."""
+    weight = scipy.linalg.solve_discrete_lyapunov((matrix / rate).T, np.eye(len(matrix)))
+    return np.asarray(0.5 * (weight + weight.T))
+
+
+def claimed(matrix: arb_mat, weight: Matrix, rate: float | None) -> tuple[Matrix, float]:
+    """Check W and r that a proof claims."""
+    if rate is None:
+        return weight, 2.0
+    if not (0.0 < rate < 1.0 and np.array_equal(weight, weight.T) and contracts(matrix, weight, rate)):
+        raise ProofError(f"the claimed bound {rate:.6g} of the spectral radius does not follow with the claimed W")
+    return weight, rate
+
+
+def _positive_definite(matrix: arb_mat) -> bool:
+    """Whether every symmetric matrix in the balls is positive definite: all pivots are positive."""
+    rows = matrix.tolist()
+    size = len(rows)
+    for k in range(size):
+        if not rows[k][k] > 0:
+            return False
+        for i in range(k + 1, size):
+            share = rows[i][k] / rows[k][k]
+            for j in range(k + 1, i + 1):
+                rows[i][j] = rows[i][j] - share * rows[j][k]
+    return True
+
+
+def gershgorin(matrix: arb_mat) -> list[tuple[acb, bool]]:
+    """Return discs that together hold the eigenvalues, each with whether it holds exactly one, alone.
+
+    With T of approximate eigenvectors the discs of T^-1 A T are small (Gershgorin's theorem); one that meets no other
+    holds exactly one eigenvalue. Empty where T cannot be inverted.
+    """
+    _, vectors = np.linalg.eig(midpoints(matrix))
+    size = len(vectors)
+    basis = acb_mat(size, size, [acb(float(v.real), float(v.imag)) for v in vectors.astype(complex).reshape(-1)])
+    try:
+        turned = (basis.inv() * acb_mat(matrix) * basis).tolist()
+    except ZeroDivisionError:
+        return []
+    balls = []
+    for i, row in enumerate(turned):
+        reach = sum((value.abs_upper() for j, value in enumerate(row) if j != i), start=arb(0))
+        balls.append(row[i] + acb(symmetric(reach), symmetric(reach)))
+    return [
+        (ball, not any(ball.overlaps(other) for j, other in enumerate(balls) if j != i)) for i, ball in enumerate(balls)
+    ]

@@ -1,0 +1,103 @@
+"""Verification of a proof's file: every enclosure is computed anew, in another precision and without a search.
+
+Each stored number must hold the new one; one that was moved inward excludes what is computed, and is refused by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+from flint import arb
+
+from amble.errors import InputError
+from amble.hybrid import HybridSystem
+from amble.proof.arithmetic import fraction, working_precision
+from amble.proof.basin import contraction_on_ball
+from amble.proof.leg import ProofError
+from amble.proof.orbit import prove_orbit
+from amble.proof.record import Found, Pair, Proof, Proved, orbit_balls, system_hash
+from amble.proof.return_map import ReturnMap
+
+OTHER_PRECISION = 53
+"""Bits by which verification's precision differs from the proof's."""
+
+
+def verify(proof: Proof, system: HybridSystem) -> None:
+    """Compute every enclosure of a proof anew, in another precision and without a search.
+
+    Args:
+        proof: read from a file.
+        system: that it speaks of.
+
+    Raises:
+        InputError: the proof is of another system, or numbers are missing.
+        ProofError: what does not follow.
+    """
+    found, claimed = proof.found, proof.proved
+    with working_precision(found.bits + OTHER_PRECISION):
+        prepared = ReturnMap.of(system, found.order, 0.0)
+        if system_hash(prepared) != proof.system:
+            raise InputError("the proof is of another system: the hashes of the expressions differ")
+        _expect_shapes(found, system)
+        weight = np.array(found.weight)
+        again = prove_orbit(
+            prepared,
+            list(map(_exact, found.centre)),
+            list(map(_exact, found.radii)),
+            [list(map(_exact, steps)) for steps in found.steps],
+            claim=(weight, found.rate),
+        )
+        new = orbit_balls(system, again)
+        _require("state", claimed.state, new.state)
+        _require("shift", claimed.shift, new.shift)
+        _require("duration", _numbered(claimed.durations), _numbered(new.durations))
+        _require_multipliers(claimed, new)
+        bound = None if again.unstable is None else fraction(again.unstable.lower())
+        if claimed.unstable is not None and (bound is None or Fraction(claimed.unstable) > bound):
+            raise ProofError("the claimed lower bound of the spectral radius does not follow")
+        if found.basin_size is not None:
+            steps = [list(map(_exact, steps)) for steps in found.basin_steps]
+            rates = (claimed.basin_rate,) if claimed.basin_rate is not None else ()
+            ball = contraction_on_ball(prepared, again, np.array(found.basin_weight), found.basin_size, rates, steps)
+            if ball is None or claimed.basin_rate is None or not claimed.basin_rate < 1.0:
+                raise ProofError("the claimed contraction on the basin does not follow")
+            if any(reach > most for reach, most in zip(claimed.basin_extent, ball.extent, strict=True)):
+                raise ProofError("the basin does not reach as far as is claimed")
+
+
+def _require(what: str, claimed: Mapping[str, Pair], new: Mapping[str, Pair]) -> None:
+    """Ask that every claimed ball holds the new one, less the widening of both."""
+    if claimed.keys() != new.keys():
+        raise ProofError(f"the proof lacks a {what} or has one too many")
+    for name, pair in claimed.items():
+        low, high = map(Fraction, pair)
+        under, over = map(Fraction, new[name])
+        slack = (over - under) * Fraction(1, 2**19)
+        if low > under + slack or high < over - slack:
+            raise ProofError(f"the claimed {what} '{name}' does not hold what is computed")
+
+
+def _require_multipliers(claimed: Proved, new: Proved) -> None:
+    if len(claimed.multipliers) not in (0, len(new.multipliers)):
+        raise ProofError("the proof has another number of multipliers")
+    for number, parts in enumerate(claimed.multipliers):
+        for what, pair, other in zip(("real", "imaginary"), parts, new.multipliers[number], strict=True):
+            _require(f"{what} part of multiplier", {str(number): pair}, {str(number): other})
+
+
+def _numbered(pairs: Sequence[Pair]) -> dict[str, Pair]:
+    return {str(number): pair for number, pair in enumerate(pairs)}
+
+
+def _expect_shapes(found: Found, system: HybridSystem) -> None:
+    size, count = system.state_size, len(system.symmetries)
+    square = len(found.weight) == size - count and all(len(row) == size - count for row in found.weight)
+    if not (len(found.centre) == len(found.radii) == size and square and len(found.steps) == len(system.domains)):
+        raise InputError("the proof has numbers for another number of states or domains")
+
+
+def _exact(text: str) -> arb:
+    mantissa, exponent = text.split("p")
+    return arb((int(mantissa), int(exponent)))

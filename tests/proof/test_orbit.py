@@ -1,0 +1,164 @@
+"""Orbits with known answers: what is proved holds them, and what is wrong is not proved."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+from examples import rimless_wheel, simplest_walker
+from flint import arb
+
+from amble.errors import InputError
+from amble.hybrid import Domain, HybridSystem, Transition
+from amble.proof import ProofError
+from amble.proof.arithmetic import working_precision
+from amble.proof.basin import prove_basin
+from amble.proof.orbit import ProvedOrbit, prove_orbit, refined
+from amble.proof.quotient import contracts
+from amble.proof.return_map import ReturnMap
+from amble.simulation import simulate
+from amble.stability import fixed_point
+from tests.hybrids import bouncing_ball, travelling, two_phases
+from tests.periodic import relay_loop
+
+RADIUS = 1e-15
+BITS = 128
+
+
+def proved(system: HybridSystem, guess: np.ndarray, order: int = 14) -> ProvedOrbit:
+    with working_precision(BITS):
+        prepared = ReturnMap.of(system, order, 1e-22)
+        centre = refined(prepared, fixed_point(system, guess).state, 1e-3 * RADIUS)
+        return prove_orbit(prepared, centre, [arb(RADIUS)] * len(centre))
+
+
+@pytest.mark.parametrize(("spokes", "slope"), [(6, 0.2), (8, 0.15), (12, 0.05)])
+def test_rimless_wheels_in_closed_form(spokes: int, slope: float) -> None:
+    """The constants of the model are the doubles that the example wrote: cos(2 half) and its half are."""
+    system = rimless_wheel.rimless_wheel(spokes, slope)
+    orbit = proved(system, np.array([slope - np.pi / spokes, rimless_wheel.known_rate(spokes, slope)]))
+    with working_precision(BITS):
+        half = arb(np.pi / spokes)
+        share = arb(float(np.cos(2 * np.pi / spokes))) ** 2
+        start, end = arb(slope - np.pi / spokes), arb(slope) + half
+        gained = 2 * (start.cos() - end.cos())
+        rate = (share * gained / (1 - share)).sqrt()
+        # the example computes slope + half in floating point: 1e-15 of it
+        assert abs(float(orbit.state[1] - rate)) < 1e-14
+        assert float(orbit.state[1].rad()) < 1e-16
+        multiplier = max(orbit.multipliers, key=lambda value: float(abs(value).mid()))
+        assert abs(float(multiplier.real - share)) < 1e-9
+        assert orbit.stable
+        assert float(share) < orbit.rate < float(share) + 1e-4
+
+
+def test_the_listed_values_of_the_simplest_walker() -> None:
+    """Within half a unit of the last digit that is listed; the short step is proved unstable."""
+    long = proved(*simplest_walker.long_step())
+    for index, listed in ((0, "0.2003109005442"), (2, "-0.1998324730050")):
+        assert abs(float(long.state[index] - arb(listed))) < 0.5e-13
+        assert float(long.state[index].rad()) < 1e-8
+    assert long.stable
+    assert 0.58911319 < long.rate < 0.58911319 + 1e-4  # above the multipliers by a share of the distance to 1
+    short = proved(*simplest_walker.short_step())
+    assert not short.stable
+    assert short.unstable is not None
+    assert float(short.unstable) == pytest.approx(4.00386436, abs=1e-7)
+
+
+def test_two_domains_clocks_and_parameters() -> None:
+    """All that a map can have, against the estimate by variational equations to its tolerance."""
+    system = two_phases()
+    found = fixed_point(system, np.array([0.2, 0.9, 0.3]))
+    orbit = proved(system, found.state)
+    assert [float(value) for value in orbit.state] == pytest.approx(found.state, abs=1e-9)
+    matrix = np.array([[float(orbit.derivative[i, j]) for j in range(3)] for i in range(3)])
+    assert matrix == pytest.approx(found.monodromy.matrix, abs=1e-7)
+
+
+def test_a_relay_without_dead_time() -> None:
+    orbit = proved(relay_loop(0.1), fixed_point(relay_loop(0.1), np.array([-0.5, -0.3, -0.1])).state)
+    assert orbit.stable
+    assert float(orbit.durations[0]) == pytest.approx(float(orbit.durations[1]), abs=1e-12)  # its halves are symmetric
+    assert orbit.rate == pytest.approx(0.025927482, abs=1e-4)
+
+
+def test_an_orbit_is_proved_modulo_translations() -> None:
+    """travelling() with its turn left out: x and y are neutral, the heading is reversed by its reset."""
+    system = travelling(0.0, -1)
+    kept = HybridSystem(system.domains, system.transitions, system.symmetries[:1], system.state_names)
+    found = fixed_point(kept, np.array([0.0, 0.2, 0.0, 0.0, 0.0]))
+    orbit = proved(kept, found.state)
+    # y and the heading return reversed, with multiplier -1: the orbit exists, its stability is not proved
+    assert not orbit.stable
+    assert orbit.unstable is None
+    assert float(orbit.shift[0]) == pytest.approx(found.shift["x"], abs=1e-9)
+
+
+def test_a_state_that_is_no_fixed_point_is_refused() -> None:
+    system, _ = rimless_wheel.rolling()
+    with working_precision(BITS):
+        prepared = ReturnMap.of(system, 14, 1e-22)
+        centre = [arb(rimless_wheel.SLOPE - np.pi / rimless_wheel.SPOKES), arb(rimless_wheel.known_rate() + 1e-3)]
+        with pytest.raises(ProofError, match="interval Newton image leaves the box in 'rate'"):
+            prove_orbit(prepared, centre, [arb(RADIUS)] * 2)
+
+
+def test_the_weight_of_another_orbit_and_a_small_rate_are_refused() -> None:
+    system, start = rimless_wheel.rolling()
+    orbit = proved(system, start)
+    with working_precision(BITS):
+        assert contracts(orbit.derivative, orbit.weight, orbit.rate)
+        assert not contracts(orbit.derivative, np.eye(2), orbit.rate)
+        assert not contracts(orbit.derivative, orbit.weight, 0.99 * orbit.rate)
+
+
+def test_a_basin_contracts_as_is_proved() -> None:
+    """Starts on its boundary come closer at the proved rate or faster, by the simulator at 1e-12."""
+    system, start = rimless_wheel.rolling()
+    orbit = proved(system, start)
+    with working_precision(BITS):
+        basin = prove_basin(ReturnMap.of(system, 14, 1e-22), orbit, 1e-3)
+    assert basin.extent.max() > 1e-6
+    state = np.array([float(value) for value in orbit.state])
+    factor = np.linalg.cholesky(basin.weight).T
+    draws = np.random.default_rng(0)
+    for _ in range(20):
+        direction = draws.normal(size=2)
+        offset = np.linalg.solve(factor, basin.size * direction / np.linalg.norm(direction))
+        after = simulate(system, state + offset, 1, 1e-12).events[0].after
+        assert np.linalg.norm(factor @ (after - state)) <= basin.rate * basin.size + 1e-9 * basin.size + 1e-11
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_random_starts_land_in_the_image(share: float) -> None:
+    """The image of a box by the enclosure holds the simulated images of points of it, up to the simulator's 1e-11."""
+    system, start = rimless_wheel.rolling()
+    radius = 1e-5 * share
+    with working_precision(BITS):
+        image = ReturnMap.of(system, 14, 1e-12)([arb(float(v)) for v in start], [arb(radius)] * 2).image
+    draws = np.random.default_rng(4)
+    for _ in range(20):
+        after = simulate(system, start + draws.uniform(-radius, radius, 2), 1, 1e-12).events[0].after
+        for ball, value in zip(image, after, strict=True):
+            assert float(ball.lower()) - 1e-11 <= value <= float(ball.upper()) + 1e-11
+
+
+def test_what_cannot_be_proved_says_so() -> None:
+    ball = bouncing_ball()
+    with working_precision(BITS):
+        # released on the floor at rest: never leaves it, so nothing is crossed transversally
+        prepared = ReturnMap.of(ball, 10, 1e-20)
+        with pytest.raises(ProofError, match="in domain 'flight'"):
+            prepared([arb(0), arb(0)], [arb(1e-10)] * 2)
+
+
+def test_compiled_code_is_refused() -> None:
+    """A lookup table is no expression; nor is anything that calls a library."""
+    t, z, p = ca.MX.sym("t"), ca.MX.sym("x"), ca.MX.sym("p", 0)
+    table = ca.interpolant("table", "bspline", [[0, 1, 2, 3, 4]], [0, 1, 2, 3, 4])
+    domain = Domain(name="d", field=ca.Function("f", [t, z, p], [table(z)], ["t", "x", "p"], ["rate"]))
+    x = ca.SX.sym("x", 1)
+    out = Transition.from_expressions("d", "d", x, x - 1, 0 * x, +1)
+    with pytest.raises(InputError, match="cannot be enclosed"):
+        ReturnMap.of(HybridSystem([domain], [out]), 10, 1e-20)

@@ -1,0 +1,107 @@
+"""Proofs as files: what was proved is verified, what was altered is refused."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from examples import rimless_wheel
+
+from amble.errors import InputError
+from amble.proof import Proof, ProofError, Settings, load_proof, prove, save_proof, verify
+from amble.types import Json
+
+SETTINGS = Settings(order=14, tolerance=1e-22, radius=1e-15, basin=1e-3)
+
+
+@pytest.fixture(scope="module")
+def proof() -> Proof:
+    return prove(*rimless_wheel.rolling(), SETTINGS)
+
+
+def pairs(tree: Json) -> list[tuple[list[str], int]]:
+    """Every pair of decimals in what is proved, with the end that can be moved."""
+    found = [*tree["state"].values(), *tree["durations"], *(part for value in tree["multipliers"] for part in value)]
+    return [(pair, end) for pair in found for end in (0, 1) if Fraction(pair[0]) < Fraction(pair[1])]
+
+
+def decimal(value: Fraction) -> str:
+    return f"{round(value * 10**60)}e-60"
+
+
+def test_a_proof_is_verified_from_its_file(proof: Proof, tmp_path: Path) -> None:
+    path = save_proof(tmp_path / "proof.json", proof)
+    again = load_proof(path)
+    assert again == proof
+    verify(again, rimless_wheel.rolling()[0])
+    assert proof.stable
+    assert proof.proved.basin_rate is not None
+    low, high = map(Fraction, proof.proved.state["rate"])
+    assert low < high < low + Fraction(1, 10**16)
+
+
+def test_files_with_one_number_moved_inward_are_refused(proof: Proof) -> None:
+    """Each end of every ball moved to its middle, and by random shares of the width from a fifth up."""
+    system, draws = rimless_wheel.rolling()[0], np.random.default_rng(0)
+    tried = 0
+    for number in range(len(pairs(proof.model_dump(mode="json")["proved"]))):
+        for share in (0.5, float(draws.uniform(0.2, 0.9))):
+            tree = proof.model_dump(mode="json")
+            pair, end = pairs(tree["proved"])[number]
+            low, high = map(Fraction, pair)
+            moved = low + Fraction(share) * (high - low) if end == 0 else high - Fraction(share) * (high - low)
+            pair[end] = decimal(moved)
+            with pytest.raises(ProofError, match="does not hold what is computed"):
+                verify(Proof.model_validate_json(json.dumps(tree)), system)
+            tried += 1
+    assert tried >= 12
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "change", "reason"),
+    [
+        ("found", "rate", lambda rate: 0.999 * rate, "bound .* of the spectral radius does not follow"),
+        ("found", "weight", lambda weight: np.eye(len(weight)).tolist(), "of the spectral radius does not follow"),
+        ("found", "basin_size", lambda size: 4 * size, "basin|enclosure|guard|domain"),
+        ("found", "basin_weight", lambda weight: (np.array(weight)[::-1, ::-1]).tolist(), "basin|domain"),
+        ("proved", "basin_rate", lambda rate: 0.3 * rate, "contraction on the basin does not follow"),
+        ("proved", "basin_extent", lambda extent: [2 * value for value in extent], "does not reach as far"),
+    ],
+)
+def test_claims_that_do_not_follow_are_refused(proof: Proof, part: str, key: str, change: object, reason: str) -> None:
+    tree = proof.model_dump(mode="json")
+    tree[part][key] = change(tree[part][key])  # type: ignore[operator]
+    with pytest.raises(ProofError, match=reason):
+        verify(Proof.model_validate_json(json.dumps(tree)), rimless_wheel.rolling()[0])
+
+
+def test_a_proof_of_another_system_is_refused(proof: Proof) -> None:
+    with pytest.raises(InputError, match="of another system"):
+        verify(proof, rimless_wheel.rimless_wheel(slope=float(np.nextafter(rimless_wheel.SLOPE, 1))))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"format": "amble gait"}, "format"),
+        ({"version": 2}, "version"),
+        ({"extra": 1}, "extra"),
+        ({"system": 5}, "system"),
+    ],
+)
+def test_other_files_are_one_sentence(proof: Proof, change: Json, reason: str, tmp_path: Path) -> None:
+    path = tmp_path / "proof.json"
+    path.write_text(json.dumps({**proof.model_dump(mode="json"), **change}), encoding="utf-8")
+    with pytest.raises(InputError, match=reason) as refused:
+        load_proof(path)
+    assert "\n" not in str(refused.value)
+
+
+def test_numbers_for_another_number_of_states_are_refused(proof: Proof) -> None:
+    tree = proof.model_dump(mode="json")
+    tree["found"]["radii"] = tree["found"]["radii"][:1]
+    with pytest.raises(InputError, match="another number of states"):
+        verify(Proof.model_validate_json(json.dumps(tree)), rimless_wheel.rolling()[0])
