@@ -23,7 +23,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 EXTRAS = {
     extra: [re.split(r"[><=]", line)[0] for line in lines]
     for extra, lines in PROJECT["optional-dependencies"].items()
-    if extra not in ("all", "test", "lint", "bench")
+    if extra not in ("all", "test", "lint", "bench", "docs")
 }
 IMPORTED = {"python-flint": "flint"}
 HOME = {IMPORTED.get(library, library): extra for extra, libraries in EXTRAS.items() for library in libraries}
