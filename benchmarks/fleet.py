@@ -147,7 +147,7 @@ def _pattern(walker: Robot, gait: str) -> str | GaitPattern:
 
 def _kinds(report: object) -> list[str]:
     from amble.residual import worst_first
-    from amble.verification.findings import CheckReport
+    from amble.verification.residuals import CheckReport
 
     if not isinstance(report, CheckReport):
         return []

@@ -23,7 +23,7 @@ _HOME = {
     "COSTS": "amble.gait.cost",
     "Certificate": "amble.stability",
     "CertificateError": "amble.errors",
-    "CheckReport": "amble.verification.findings",
+    "CheckReport": "amble.verification.residuals",
     "Comparison": "amble.analysis",
     "Contact": "amble.hybrid",
     "ContactBounds": "amble.analysis",

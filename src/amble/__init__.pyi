@@ -117,7 +117,7 @@ from amble.synthesis.specified import problem_of as problem_of
 from amble.synthesis.synthesize import GaitNotSolvedError as GaitNotSolvedError
 from amble.validation import validate as validate
 from amble.verification.check import check as check
-from amble.verification.findings import CheckReport as CheckReport
+from amble.verification.residuals import CheckReport as CheckReport
 from amble.view import ReplayPage as ReplayPage
 from amble.view import replay as replay
 from amble.workflow import Run as Run

@@ -9,7 +9,7 @@ import pytest
 from amble.errors import InputError
 from amble.gait.limits import highest_landing
 from amble.robot.natural_units import natural_units, velocity_unit
-from amble.verification.findings import sizes
+from amble.verification.residuals import sizes
 from tests.robots import robot
 
 

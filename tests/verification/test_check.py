@@ -16,9 +16,9 @@ from amble.synthesis import GaitProblem, refine
 from amble.types import Vector, frozen
 from amble.verification import domain_rows
 from amble.verification.check import check
-from amble.verification.findings import CheckReport, limit, residuals
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import OutputDynamics, integrate
+from amble.verification.residuals import CheckReport, limit, residuals
 from amble.verification.stance_model import Motion, allocated, law_residuals, terms
 from tests.grounds import on_friction
 from tests.hostile import with_names

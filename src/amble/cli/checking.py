@@ -9,7 +9,7 @@ import typer
 
 from amble.cli import options
 from amble.cli.console import progress
-from amble.cli.lines import tell_bounds, tell_certified
+from amble.cli.lines import show_bounds, show_certified
 from amble.cli.output import result, show
 from amble.defaults import GRID
 from amble.errors import InputError, WorkError
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from amble.residual import Residual
     from amble.robot import Robot
     from amble.types import Json
-    from amble.verification.findings import CheckReport
+    from amble.verification.residuals import CheckReport
 
 
 def check(
@@ -34,8 +34,8 @@ def check(
     from amble.verification.check import check as recompute
 
     walker = read(gait, robot)
-    with progress("checking") as tell:
-        report = recompute(walker, grid, progress=tell)
+    with progress("checking") as notify:
+        report = recompute(walker, grid, progress=notify)
     if every:
         for row in report.rows:
             show(str(row))
@@ -122,9 +122,9 @@ def certify(
     walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     try:
-        with progress("certifying") as tell:
-            certificate = certify_into(walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen, progress=tell)
+        with progress("certifying") as notify:
+            certificate = certify_into(walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen, progress=notify)
     except WorkError:
-        tell_bounds(walker)
+        show_bounds(walker)
         raise
-    tell_certified(walker, certificate)
+    show_certified(walker, certificate)

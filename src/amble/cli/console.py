@@ -81,10 +81,10 @@ def progress(task: str) -> Iterator[Progress]:
 def _telling(update: Callable[[ProgressReport], None]) -> Progress:
     """Files that were written are results; everything else is progress."""
 
-    def tell(report: ProgressReport) -> None:
+    def notify(report: ProgressReport) -> None:
         if report.file is None:
             update(report)
         else:
             wrote(report.file)
 
-    return tell
+    return notify

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from amble.stability.stabilize import Stabilized
 
 
-def tell_synthesized(gait: Gait) -> None:
+def show_synthesized(gait: Gait) -> None:
     """Say how a gait was found."""
     from dataclasses import asdict
 
@@ -26,7 +26,7 @@ def tell_synthesized(gait: Gait) -> None:
     result(solver=asdict(report))
 
 
-def tell_stabilized(found: Stabilized) -> None:
+def show_stabilized(found: Stabilized) -> None:
     """Say how a stabilisation went."""
     show(
         f"spectral radius of the full cycle {found.initial:.4g} -> {found.radius:.4g}, contraction bound "
@@ -46,7 +46,7 @@ def tell_stabilized(found: Stabilized) -> None:
     )
 
 
-def tell_bounds(gait: Gait) -> None:
+def show_bounds(gait: Gait) -> None:
     """Say what a gait was held against, what of that is absurd, and what a certificate does not say."""
     from amble.stability.gait_certificate import bounds_sentences, does_not_say, held_against
 
@@ -55,7 +55,7 @@ def tell_bounds(gait: Gait) -> None:
     result(held_against=held_against(gait), does_not_say=list(does_not_say(gait)))
 
 
-def tell_certified(gait: Gait, certificate: Certificate) -> None:
+def show_certified(gait: Gait, certificate: Certificate) -> None:
     """Say what was certified, and what has to be known about it."""
     show(
         f"spectral radius of the full cycle {certificate.radius:.6f} (estimated error {certificate.error:.1e}), "
@@ -64,7 +64,7 @@ def tell_certified(gait: Gait, certificate: Certificate) -> None:
     disturbance = certificate.disturbance
     if disturbance is not None:
         show(str(disturbance))
-    tell_bounds(gait)
+    show_bounds(gait)
     for warning in certificate.warnings:
         show(f"WARNING: {warning}")
     numbers = {"error": certificate.error, "residual": certificate.residual, "period_s": certificate.period}
@@ -78,7 +78,7 @@ def tell_certified(gait: Gait, certificate: Certificate) -> None:
     )
 
 
-def tell_simulated(trace: Trace) -> None:
+def show_simulated(trace: Trace) -> None:
     """Say how far a simulation came."""
     show(f"{trace.cycles} cycles, {trace.time[-1]:.3f} s of walking, simulated in {trace.seconds:.2f} s")
     result(

@@ -9,7 +9,7 @@ import typer
 
 from amble.cli import options
 from amble.cli.console import progress
-from amble.cli.lines import tell_stabilized, tell_synthesized
+from amble.cli.lines import show_stabilized, show_synthesized
 from amble.cli.options import METHOD_OPTION
 from amble.cli.output import show, wrote
 from amble.defaults import FREE, METHOD, Method
@@ -80,13 +80,13 @@ def synthesize(
         posed = pose(Path(spec))
     known = None if start is None else load_gait(start, posed.problem.pattern.robot)
     try:
-        with progress("optimising the gait") as tell:
-            found = solve(posed, known, progress=tell)
+        with progress("optimising the gait") as notify:
+            found = solve(posed, known, progress=notify)
     except GaitNotSolvedError as error:
         if keep is not None:
             wrote(save_gait(error.last, keep))
         raise
-    tell_synthesized(found)
+    show_synthesized(found)
     wrote(save_gait(found, out))
 
 
@@ -104,7 +104,7 @@ def stabilize(
     from amble.stability.stabilize import stabilization
 
     walker = options.under(load_gait(gait), control)
-    with progress("stabilising") as tell:
-        found = stabilization(walker, tuple(free or FREE), method, tell)
-    tell_stabilized(found)
+    with progress("stabilising") as notify:
+        found = stabilization(walker, tuple(free or FREE), method, notify)
+    show_stabilized(found)
     wrote(save_gait(found.gait, out))

@@ -9,7 +9,7 @@ import typer
 
 from amble.cli import options
 from amble.cli.console import progress
-from amble.cli.lines import tell_certified, tell_simulated, tell_stabilized, tell_synthesized
+from amble.cli.lines import show_certified, show_simulated, show_stabilized, show_synthesized
 from amble.cli.output import result, show
 from amble.defaults import METHOD, REPRODUCED_CYCLES, TOLERANCE, Method
 
@@ -27,12 +27,12 @@ def reproduce(
     from amble.workflow import reproduce as run_all
 
     require_matplotlib()
-    with progress("reproducing") as tell:
-        run = run_all(spec, out, method=method, cycles=cycles, tolerance=tolerance, progress=tell)
-    tell_synthesized(run.synthesized)
-    tell_stabilized(run.stabilized)
-    tell_certified(run.gait, run.certificate)
-    tell_simulated(run.trace)
+    with progress("reproducing") as notify:
+        run = run_all(spec, out, method=method, cycles=cycles, tolerance=tolerance, progress=notify)
+    show_synthesized(run.synthesized)
+    show_stabilized(run.stabilized)
+    show_certified(run.gait, run.certificate)
+    show_simulated(run.trace)
     show(main_table(run.report).text())
     result(results=run_results(run.report))
 
@@ -48,9 +48,9 @@ def report(
     from amble.workflow import rewrite_report
 
     require_matplotlib()
-    with progress("reporting") as tell:
+    with progress("reporting") as notify:
         written = rewrite_report(
-            folder, out, lambda pattern: [options.parse_law(word, pattern) for word in law or ()], progress=tell
+            folder, out, lambda pattern: [options.parse_law(word, pattern) for word in law or ()], progress=notify
         )
     show(main_table(written).text())
     result(results=run_results(written))

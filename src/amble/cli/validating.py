@@ -45,8 +45,8 @@ def validate(
     walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     cases = [known[name] for name in case] if case else BATTERY
-    with progress("walking in MuJoCo") as tell:
-        found = walk(walker, chosen, cases, cycles, seed, absolute, tell)
+    with progress("walking in MuJoCo") as notify:
+        found = walk(walker, chosen, cases, cycles, seed, absolute, notify)
     show(str(found))
     result(validation=found.to_dict())
     wrote(write_results(out, {"validation": found.to_dict()}))

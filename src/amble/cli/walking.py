@@ -10,7 +10,7 @@ import typer
 
 from amble.cli import options
 from amble.cli.console import progress
-from amble.cli.lines import tell_simulated
+from amble.cli.lines import show_simulated
 from amble.cli.output import result, show, wrote
 from amble.defaults import CYCLES, ENGINE, TOLERANCE
 from amble.errors import FallError
@@ -49,7 +49,7 @@ def simulate(
     walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     loop = exported_loop if controller is Controller.C else None
-    with progress("simulating") as tell:
+    with progress("simulating") as notify:
         trace = walk(
             walker,
             cycles=cycles,
@@ -59,9 +59,9 @@ def simulate(
             engine=engine,
             law=chosen,
             loop=loop,
-            progress=tell,
+            progress=notify,
         )
-    tell_simulated(trace)
+    show_simulated(trace)
     wrote(save_trace(trace, out, trace_units(walker)))
     report = monitors(walker, trace)
     show(contact_summary(report).text())

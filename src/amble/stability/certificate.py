@@ -182,17 +182,17 @@ def assess(
 
     Arguments and errors are those of ``certify``, but for CertificateError.
     """
-    tell = progress or silent
+    notify = progress or silent
     entry = np.array(state, dtype=np.float64).reshape(-1)
     variational = prepare_variational(system)
     swept = []
     for tolerance in sorted(set(tolerances), reverse=True):
-        tell(ProgressReport(what=f"variational equations, tolerance {tolerance:g}"))
+        notify(ProgressReport(what=f"variational equations, tolerance {tolerance:g}"))
         there = variational(entry, tolerance, time_limit, cycles, max_step)
         swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
     _, there, best = swept[-1]
     differences = difference_check(
-        system, entry, time_limit=time_limit, progress=tell, cycles=cycles, max_step=max_step
+        system, entry, time_limit=time_limit, progress=notify, cycles=cycles, max_step=max_step
     )
     second = spectrum(system, entry, there.image, differences.matrix)
     previous = swept[max(len(swept) - 2, 0)][2]

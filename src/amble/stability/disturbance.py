@@ -124,7 +124,7 @@ class Disturbance:
         )
 
     def __str__(self) -> str:
-        """Both findings in one sentence."""
+        """Both results in one sentence."""
         cycles = "cycle" if self.growth.cycles == 1 else "cycles"
         size = f"{self.returns:g}" if self.returns else f"less than {SIZES[0]:g}"
         where = "" if self.failed is None else f"; by {self.failed:g} (seed {self.seed}): {self.reason}"
@@ -177,14 +177,14 @@ def disturb(
         time_limit: the longest that one domain may last, s.
         max_step: the longest time between two event samples, s (``simulate``).
     """
-    tell = progress or silent
+    notify = progress or silent
     length, gravity = gait.robot.leg_length, gait.robot.gravity
     units = natural_units(gait.robot, length)
     grown = growth(in_units(spectrum, units))
     returns, failed, by, reason = 0.0, None, None, ""
     for size in SIZES:
         for seed in SEEDS:
-            tell(ProgressReport(what=f"start changed by {size:g}, seed {seed}, {CYCLES} cycles"))
+            notify(ProgressReport(what=f"start changed by {size:g}, seed {seed}, {CYCLES} cycles"))
             start = state + units * perturbed(np.zeros(len(state)), size, seed)
             trace = simulate(system, start, CYCLES, TOLERANCE, time_limit=time_limit, max_step=max_step)
             reason = _outcome(gait, system, state, units, trace)

@@ -23,7 +23,7 @@ from amble.stability.landing_orders import landing_order_rows
 from amble.stability.orbit_conditions import GROUND, LANDING, RECORD, orbit_conditions
 from amble.stability.spectrum import Spectrum, multipliers
 from amble.types import Json, Vector
-from amble.verification.check import record_findings
+from amble.verification.check import check_record
 
 FORMAT, FORMAT_VERSION = "amble certificate", 1
 
@@ -49,16 +49,16 @@ def certified_orbit(
         NotSolvedError: the closed loop has no fixed point near the gait.
         WorkError: the outputs lose their rank along the recorded motion.
     """
-    tell = progress or silent
-    tell(ProgressReport(what="robot, limits and recorded motion"))
+    notify = progress or silent
+    notify(ProgressReport(what="robot, limits and recorded motion"))
     sensible = () if allow_absurd_limits else _sensible(gait)
     conditions = _sound((*physical_rows(gait.robot, gait.pattern.mirrored), *sensible))
     conditions += _recorded(gait, conditions)
-    tell(ProgressReport(what="closed loop"))
+    notify(ProgressReport(what="closed loop"))
     system = closed_loop(gait, law)
-    found = closed_loop_fixed_point(gait, tell, law)[1]
+    found = closed_loop_fixed_point(gait, notify, law)[1]
     orbit = orbit_conditions(gait, system, found.state)
-    tell(ProgressReport(what="orders of landing"))
+    notify(ProgressReport(what="orders of landing"))
     return system, found.state, _sound((*conditions, *orbit, *landing_order_rows(gait, found.state, law)))
 
 
@@ -75,7 +75,7 @@ def _sensible(gait: Gait) -> tuple[Residual, ...]:
 
 def _recorded(gait: Gait, before: tuple[Residual, ...]) -> tuple[Residual, ...]:
     """Return the worst row of every kind of the record; where any row fails, raise with all of them."""
-    report = record_findings(gait, RECORD)
+    report = check_record(gait, RECORD)
     if not report.passed:
         raise CertificateError((*before, *(row.widened() for row in report.rows)))
     return tuple(

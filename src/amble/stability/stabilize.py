@@ -124,21 +124,21 @@ def stabilization(
             f"weights are found under the landing rule '{SIMULTANEOUS}'; this gait's feet land "
             f"{gait.pattern.landing_rule}: stabilise it under that rule, then certify it under its own"
         )
-    tell = progress or silent
-    tell(ProgressReport(what="orbit of the closed loop"))
+    notify = progress or silent
+    notify(ProgressReport(what="orbit of the closed loop"))
     own = gait.control is None or isinstance(gait.control, InputOutputLinearisation)
     search: WeightSearch | GainSearch = WeightSearch.of(gait, free) if own else GainSearch.of(gait)
     here = search.close(np.zeros(search.size))
     steps, refusals = [_step(0, here, here, began)], list[str]()
-    tell(_report(steps[0]))
+    notify(_report(steps[0]))
     reason = f"{ROUNDS} descents done"
     for number in range(1, ROUNDS + 1):
-        there = _improved(search, here, steps[0].radius, tell, refusals)
+        there = _improved(search, here, steps[0].radius, notify, refusals)
         if there is None:
             reason = "no step reduces the bound any more"
             break
         steps.append(_step(number, there, here, began))
-        tell(_report(steps[-1]))
+        notify(_report(steps[-1]))
         gain, here = 1.0 - there.bound / here.bound, there
         if gain < SMALLEST_GAIN:
             reason = f"the last descent gained less than {SMALLEST_GAIN:.0%}"
@@ -151,11 +151,11 @@ def stabilization(
 
 
 def _improved(
-    search: WeightSearch | GainSearch, here: Closed, largest: float, tell: Progress, refusals: list[str]
+    search: WeightSearch | GainSearch, here: Closed, largest: float, notify: Progress, refusals: list[str]
 ) -> Closed | None:
     """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
     try:
-        proposed = least_bound(search.evaluate, here.theta, tell, search.largest)
+        proposed = least_bound(search.evaluate, here.theta, notify, search.largest)
     except WorkError as error:
         refusals.append(str(error))
         return None

@@ -56,10 +56,10 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2, progress: Progress
     intervals = (gait.domains[0].times.size - 1) // 2
     program = build_program(replace(problem, intervals=factor * intervals))
     x = from_gait(program.problem, gait, program.layout) / program.layout.scale
-    split, tell = Split.of(program), progress or silent
+    split, notify = Split.of(program), progress or silent
     for number in range(MOST_STEPS):
         step, worst = _step(program, split, x)
-        tell(ProgressReport(what="finer mesh, step", done=number, quantity="residual", value=worst))
+        notify(ProgressReport(what="finer mesh, step", done=number, quantity="residual", value=worst))
         if worst < TOLERANCE:
             return to_gait(program.problem, program.layout, _solution(program, gait, x))
         x = x - step

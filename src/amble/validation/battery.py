@@ -234,7 +234,7 @@ def validate(
     time = 1.0 if absolute else float(np.sqrt(length * ASTRO_GRAVITY / gravity))
     loop, found = Loop(gait, law, CONFIRM * time), list[CaseResult]()
     for number, case in enumerate(cases):
-        tell(ProgressReport(what=f"case '{case.name}'", done=number, of=len(cases)))
+        notify(ProgressReport(what=f"case '{case.name}'", done=number, of=len(cases)))
         plant, schedule = _scaled(case, mass, length, time, gravity if not absolute else ASTRO_GRAVITY)
         walk = loop(mujoco_model(robot, plant), replace(schedule, cycles=cycles, seed=seed))
         found.append(CaseResult(case=case, walk=walk, feet=len(robot.feet), failures=_failures(gait, walk, cycles)))

@@ -12,12 +12,12 @@ from amble.gait.record import Gait
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
 from amble.types import NodeValues
-from amble.verification.domain_rows import SampledDomain, domain_findings, motion_findings, sampled
-from amble.verification.feedback_rows import feedback_findings
-from amble.verification.findings import CheckReport, residuals, sizes
-from amble.verification.limit_rows import limit_findings
+from amble.verification.domain_rows import SampledDomain, domain_residuals, motion_residuals, sampled
+from amble.verification.feedback_rows import feedback_residuals
+from amble.verification.limit_rows import limit_residuals
 from amble.verification.output_dynamics import Effort
-from amble.verification.switch_rows import switch_findings
+from amble.verification.residuals import CheckReport, residuals, sizes
+from amble.verification.switch_rows import switch_residuals
 
 TOLERANCE = 1e-5
 """Bound of every scaled residual."""
@@ -40,7 +40,7 @@ def check(
     accelerations, torques and forces are the solution of one dense system of the equations of motion, contacts, output
     dynamics and minimum norm at those states, moved by the law. Residuals are at most ``tolerance`` in size. They are
     divided by what is recorded at its largest, and never less than a share of the robot's natural unit
-    (``findings``: leg length l, sqrt(g l), weight):
+    (``residuals``: leg length l, sqrt(g l), weight):
 
     - motion: the curves less the closed loop integrated from the recorded entry (DOP853), up to where they part.
     - acceleration, torque, force: recorded at the nodes less the dense solution.
@@ -69,24 +69,24 @@ def check(
     """
     if not (tolerance > 0.0 and slack >= 0.0):
         raise InputError(f"the tolerance {tolerance:g} must be positive and the slack {slack:g} not negative")
-    tell = progress or silent
-    tell(ProgressReport(what="sampling"))
+    notify = progress or silent
+    notify(ProgressReport(what="sampling"))
     domains = [sampled(gait, number, grid) for number in range(len(gait.domains))]
-    findings: list[Residual] = []
+    rows: list[Residual] = []
     effort = Effort.of(len(domains))
     for number, domain in enumerate(domains):
-        tell(ProgressReport(what="domain", done=number + 1, of=len(domains)))
+        notify(ProgressReport(what="domain", done=number + 1, of=len(domains)))
         following = domains[(number + 1) % len(domains)]
-        findings += domain_findings(domain, tolerance)
-        findings += motion_findings(domain, tolerance, effort)
-        findings += switch_findings(gait, domain, following, tolerance)
-        findings += limit_findings(domain, tolerance, slack)
-    findings += _cost(gait, domains, tolerance)
-    findings += feedback_findings(gait, tolerance)
-    return CheckReport(tuple(findings), sum(len(domain.times) for domain in domains), tolerance)
+        rows += domain_residuals(domain, tolerance)
+        rows += motion_residuals(domain, tolerance, effort)
+        rows += switch_residuals(gait, domain, following, tolerance)
+        rows += limit_residuals(domain, tolerance, slack)
+    rows += _cost(gait, domains, tolerance)
+    rows += feedback_residuals(gait, tolerance)
+    return CheckReport(tuple(rows), sum(len(domain.times) for domain in domains), tolerance)
 
 
-def record_findings(gait: Gait, tolerance: float) -> CheckReport:
+def check_record(gait: Gait, tolerance: float) -> CheckReport:
     """Return the residuals of what is recorded, at its nodes: whether it is a motion of the robot under these outputs.
 
     No limit is looked at; the cost stated must be that of the torques. The motion in time is integrated only where
@@ -100,17 +100,17 @@ def record_findings(gait: Gait, tolerance: float) -> CheckReport:
         WorkError: the outputs lose their rank along the motion.
     """
     domains = [sampled(gait, number, 1) for number in range(len(gait.domains))]
-    findings: list[Residual] = []
+    rows: list[Residual] = []
     for number, domain in enumerate(domains):
-        findings += domain_findings(domain, tolerance)
-        switch = switch_findings(gait, domain, domains[(number + 1) % len(domains)], tolerance)
-        findings += [finding for finding in switch if finding.kind != "touchdown"]
-    findings += _cost(gait, domains, tolerance)
-    if all(finding.passed for finding in findings):
+        rows += domain_residuals(domain, tolerance)
+        switch = switch_residuals(gait, domain, domains[(number + 1) % len(domains)], tolerance)
+        rows += [row for row in switch if row.kind != "touchdown"]
+    rows += _cost(gait, domains, tolerance)
+    if all(row.passed for row in rows):
         effort = Effort.of(len(domains))
         for domain in domains:
-            findings += motion_findings(domain, tolerance, effort)
-    return CheckReport(tuple(findings), sum(len(domain.times) for domain in domains), tolerance)
+            rows += motion_residuals(domain, tolerance, effort)
+    return CheckReport(tuple(rows), sum(len(domain.times) for domain in domains), tolerance)
 
 
 def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Residual]:

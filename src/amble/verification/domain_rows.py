@@ -15,9 +15,9 @@ from amble.hybrid import Contacts, Stance, Switch
 from amble.hybrid.contact import AXES
 from amble.residual import Residual
 from amble.types import IntegerVector, Matrix, Vector
-from amble.verification.findings import limit, of_contacts, residuals, size_of, sizes
 from amble.verification.interpolation import fine_grid, interpolated
 from amble.verification.output_dynamics import Effort, OutputDynamics, Record, integrate
+from amble.verification.residuals import limit, of_contacts, residuals, size_of, sizes
 from amble.verification.stance_model import Motion, Terms, allocated, law_residuals, terms
 
 LOST = 1.0
@@ -97,7 +97,7 @@ def sampled(gait: Gait, number: int, grid: int) -> SampledDomain:
     )
 
 
-def domain_findings(domain: SampledDomain, tolerance: float) -> list[Residual]:
+def domain_residuals(domain: SampledDomain, tolerance: float) -> list[Residual]:
     """Return every residual of a domain but those of its motion in time."""
     return [
         *_clock(domain, tolerance),
@@ -133,7 +133,7 @@ def _phase(domain: SampledDomain, tolerance: float) -> list[Residual]:
     ]
 
 
-def motion_findings(domain: SampledDomain, tolerance: float, effort: Effort) -> list[Residual]:
+def motion_residuals(domain: SampledDomain, tolerance: float, effort: Effort) -> list[Residual]:
     """Interpolated states against the closed loop integrated from the recorded entry; NaN where that is impossible.
 
     The integration ends where the two are ``LOST`` of their sizes apart: numbers that are no motion need not be

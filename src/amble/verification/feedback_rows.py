@@ -9,13 +9,13 @@ from amble.gait.record import Feedback, Gait
 from amble.hybrid import Switch
 from amble.residual import Residual
 from amble.types import Vector, frozen
-from amble.verification.findings import residuals, size_of, sizes
 from amble.verification.output_dynamics import Effort, OutputDynamics, integrate
+from amble.verification.residuals import residuals, size_of, sizes
 from amble.verification.stance_model import terms
 from amble.verification.switch_rows import NO_TIME, plastic
 
 
-def feedback_findings(gait: Gait, tolerance: float) -> list[Residual]:
+def feedback_residuals(gait: Gait, tolerance: float) -> list[Residual]:
     """Integrate the stabilised loop once around; nothing where the gait is not stabilised."""
     if gait.feedback is None:
         return []

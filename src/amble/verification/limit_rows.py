@@ -6,10 +6,10 @@ import numpy as np
 
 from amble.residual import Residual
 from amble.verification.domain_rows import SampledDomain
-from amble.verification.findings import limit, sizes
+from amble.verification.residuals import limit, sizes
 
 
-def limit_findings(domain: SampledDomain, tolerance: float, slack: float) -> list[Residual]:
+def limit_residuals(domain: SampledDomain, tolerance: float, slack: float) -> list[Residual]:
     """Return the limits of a domain.
 
     Args:

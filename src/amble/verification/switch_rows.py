@@ -14,13 +14,13 @@ from amble.hybrid.landing import steps
 from amble.residual import Residual
 from amble.types import Matrix, Vector
 from amble.verification.domain_rows import SampledDomain
-from amble.verification.findings import limit, of_contacts, residuals, size_of, sizes
+from amble.verification.residuals import limit, of_contacts, residuals, size_of, sizes
 from amble.verification.stance_model import Terms, terms
 
 NO_TIME = np.array([np.nan])
 
 
-def switch_findings(gait: Gait, domain: SampledDomain, following: SampledDomain, tolerance: float) -> list[Residual]:
+def switch_residuals(gait: Gait, domain: SampledDomain, following: SampledDomain, tolerance: float) -> list[Residual]:
     """Return the rows of one switch; behind the last solved domain follows the (mirrored) first one."""
     last = domain.name == gait.pattern.solved[-1].name
     q, v = following.positions[0], following.velocities[0]

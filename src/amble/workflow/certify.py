@@ -34,13 +34,13 @@ def certify_into(
         law: see ``amble.certify``.
         progress: called with what is being computed, and with the file that was written.
     """
-    tell = progress or silent
+    notify = progress or silent
     try:
-        certificate = certify(gait, allow_absurd_limits=allow_absurd_limits, law=law, progress=tell)
+        certificate = certify(gait, allow_absurd_limits=allow_absurd_limits, law=law, progress=notify)
     except WorkError as error:
         if out is not None:
-            tell(ProgressReport(what="wrote", file=write_results(out, refusal_to_dict(gait, error, law))))
+            notify(ProgressReport(what="wrote", file=write_results(out, refusal_to_dict(gait, error, law))))
         raise
     if out is not None:
-        tell(ProgressReport(what="wrote", file=write_results(out, certificate_to_dict(gait, certificate, law))))
+        notify(ProgressReport(what="wrote", file=write_results(out, certificate_to_dict(gait, certificate, law))))
     return certificate

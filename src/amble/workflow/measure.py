@@ -104,15 +104,15 @@ def rewrite_report(
         InputError: a file is missing or not what it should be, or the place cannot be written.
         FallError: the trace holds no whole cycle.
     """
-    tell, place = progress or silent, Path(folder)
+    notify, place = progress or silent, Path(folder)
     earlier = read_results(place / RESULTS)
     settings, seconds, known = settings_from(earlier), seconds_from(earlier), stability_from(earlier)
     gait, trace = load_gait(place / GAIT), load_trace(place / TRACE)
     settings = settings or {"tolerance of the simulation": f"{trace.tolerance:g}"}
     seconds = seconds or {"simulation": trace.seconds}
-    tell(ProgressReport(what="measuring"))
+    notify(ProgressReport(what="measuring"))
     report = measure(gait, trace, settings, seconds, known, laws(gait.pattern))
-    tell(ProgressReport(what="drawing"))
+    notify(ProgressReport(what="drawing"))
     for path in write_run(out or place, report):
-        tell(ProgressReport(what="wrote", file=path))
+        notify(ProgressReport(what="wrote", file=path))
     return report

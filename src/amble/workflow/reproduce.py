@@ -94,10 +94,10 @@ def reproduce(
     """
     work = _Work(None if out is None else Path(out), progress or silent)
     posed = specification if isinstance(specification, PosedProblem) else pose(specification)
-    gait = work.timed("synthesis", lambda: solve(posed, progress=work.tell))
+    gait = work.timed("synthesis", lambda: solve(posed, progress=work.notify))
     work.clear()
     work.write(SYNTHESIZED, lambda path: save_gait(gait, path))
-    found = work.timed("stabilisation", lambda: stabilization(gait, method=method, progress=work.tell))
+    found = work.timed("stabilisation", lambda: stabilization(gait, method=method, progress=work.notify))
     work.write(GAIT, lambda path: save_gait(found.gait, path))
     certificate = work.timed(
         "certificate", lambda: certify_into(found.gait, work.place(CERTIFICATE), progress=work.keep)
@@ -126,8 +126,8 @@ def reproduce(
 class _Work:
     """Where a reproduction writes, whom it tells, how long its steps took (s), and what it has written."""
 
-    def __init__(self, out: Path | None, tell: Progress) -> None:
-        self.out, self.tell = out, tell
+    def __init__(self, out: Path | None, notify: Progress) -> None:
+        self.out, self.notify = out, notify
         self.seconds: dict[str, float] = {}
         self.files: list[Path] = []
 
@@ -137,7 +137,7 @@ class _Work:
 
     def timed(self, step: str, work: Callable[[], Value]) -> Value:
         """Do one step, say which, and note its wall time."""
-        self.tell(ProgressReport(what=step))
+        self.notify(ProgressReport(what=step))
         began = time.perf_counter()
         result = work()
         self.seconds[step] = time.perf_counter() - began
@@ -147,7 +147,7 @@ class _Work:
         """Pass on what is told, and note the files."""
         if report.file is not None:
             self.files.append(report.file)
-        self.tell(report)
+        self.notify(report)
 
     def write(self, name: str, save: Callable[[Path], Path]) -> None:
         """Write a file, where files are written."""
@@ -159,7 +159,7 @@ class _Work:
         """Write figures, page and results, where files are written."""
         if self.out is None:
             return
-        self.tell(ProgressReport(what="drawing"))
+        self.notify(ProgressReport(what="drawing"))
         for path in write_run(self.out, report):
             self.keep(ProgressReport(what="wrote", file=path))
 
@@ -175,7 +175,7 @@ class _Work:
     def walk(self, gait: Gait, cycles: int, tolerance: float, perturbation: float, name: str) -> Trace:
         """Simulate and write the trace; a fall is an error that leaves the trace."""
         trace = simulate(
-            gait, cycles=cycles, tolerance=tolerance, perturbation=perturbation, seed=SEED, progress=self.tell
+            gait, cycles=cycles, tolerance=tolerance, perturbation=perturbation, seed=SEED, progress=self.notify
         )
         self.write(name, lambda path: save_trace(trace, path, trace_units(gait)))
         if not trace.completed:

@@ -18,7 +18,7 @@ from amble.synthesis.specification import SolverSection, Specification, read_spe
 from amble.synthesis.specified import problem_of
 from amble.synthesis.synthesize import synthesize
 from amble.verification.check import check
-from amble.verification.findings import CheckReport
+from amble.verification.residuals import CheckReport
 
 logger = logging.getLogger("amble")
 

@@ -12,7 +12,7 @@ from amble.hybrid import Contacts
 from amble.hybrid.contact import PointContact
 from amble.robot import catalogue
 from amble.verification.check import check
-from amble.verification.findings import of_contacts, size_of, sizes
+from amble.verification.residuals import of_contacts, size_of, sizes
 from tests.similar import similar, similar_robot
 
 BIPED = Path(__file__).parents[1] / "data" / "biped-of-small-basin.json"
