@@ -51,7 +51,7 @@ def torque_metrics(motion: Motion, law: str, actuator: Actuator) -> TorqueMetric
     """Evaluate the paper's metrics for one law along one motion.
 
     CoT = 1/(m g d) int sum_actuators (P_mec + P_heat) dt, P_mec = max(tau omega, 0), P_heat = R (tau/(N K_t))^2
-    (paper, section 4), without recuperation. Integrals are of order four in the sample spacing, kinks and events
+    (paper, section 4), without recuperation. Integrals are of order four in the sample spacing, corners and events
     included (``amble.analysis.quadrature``).
 
     Args:

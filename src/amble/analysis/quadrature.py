@@ -1,4 +1,4 @@
-"""Integrals of sampled quantities that jump at events and, clipped at zero, have kinks.
+"""Integrals of sampled quantities that jump at events and, clipped at zero, have corners.
 
 Between two events a quantity is smooth, so it is interpolated there by a cubic spline (not-a-knot; a straight line for
 two samples, a parabola for three) and the spline is integrated exactly. Its positive part is integrated exactly too,

@@ -1,6 +1,6 @@
-"""How the base must sway so that the contact forces can carry it: a small linear-quadratic problem around a level walk.
+"""How the base must move so that the contact forces can carry it: a small linear-quadratic problem around a level walk.
 
-A robot on two feet cannot stand still: gravity turns it about the line between them. Which sway brings it back in time
+A robot on two feet cannot stand still: gravity turns it about the line between them. Which base trajectory brings it back in time
 follows from the six rows of the dynamics that no actuator enters. Linear in small motions s of the base, every foot
 held on its path by the legs, they make a quadratic program with equalities only, solved by one sparse factorisation.
 """
@@ -162,7 +162,7 @@ def _collocation(walk: LevelWalk, at: _Places) -> Rows:
 
 
 def _continuity(pattern: GaitPattern, places: Sequence[_Places]) -> Rows:
-    """The sway goes on from domain to domain, and returns, mirrored where the gait is."""
+    """The base trajectory goes on from domain to domain, and returns, mirrored where the gait is."""
     signs = pattern.robot.mirror.coordinates.sign[:BASE] if pattern.mirrored else np.ones(BASE)
     links = [(before, after, np.ones(BASE)) for before, after in pairwise(places)] + [(places[-1], places[0], signs)]
     coefficients = [np.column_stack([np.ones(BASE), -sign]) for _, _, sign in links for _ in range(2)]
