@@ -1,8 +1,9 @@
 """How the base must move so that the contact forces can carry it: a small linear-quadratic problem around a level walk.
 
-A robot on two feet cannot stand still: gravity turns it about the line between them. Which base trajectory brings it back in time
-follows from the six rows of the dynamics that no actuator enters. Linear in small motions s of the base, every foot
-held on its path by the legs, they make a quadratic program with equalities only, solved by one sparse factorisation.
+A robot on two feet cannot stand still: gravity turns it about the line between them. Which trajectory of the base
+brings it back in time follows from the six rows of the dynamics that no actuator enters. Linear in small motions s of
+the base, every foot held on its path by the legs, they make a quadratic program with equalities only, solved by one
+sparse factorisation.
 """
 
 from __future__ import annotations
