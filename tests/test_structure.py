@@ -68,3 +68,31 @@ def test_files_and_functions_are_no_longer_than_one_reads_at_once() -> None:
         long += [f"{name} has {lines} lines"] if lines > LONGEST_FILE else []
         long += [f"{name}: {f} has {n} lines" for f, n in functions(ast.parse(text)).items() if n > LONGEST_FUNCTION]
     assert long == []
+
+
+MOST_POSITIONAL = 5
+"""Fields that a record may take by position: of more, two arrays that are swapped pass the type check."""
+
+
+def positional(tree: ast.AST) -> dict[str, int]:
+    """Name of every dataclass with the number of fields that it takes by position."""
+    found = {}
+    for node in ast.walk(tree):
+        made = [ast.unparse(each) for each in getattr(node, "decorator_list", ()) if "dataclass" in ast.unparse(each)]
+        if isinstance(node, ast.ClassDef) and made and "kw_only=True" not in made[0]:
+            kinds = [ast.unparse(each.annotation) for each in node.body if isinstance(each, ast.AnnAssign)]
+            found[node.name] = kinds.index("KW_ONLY") if "KW_ONLY" in kinds else len(kinds)
+    return found
+
+
+def test_fields_by_position_are_counted() -> None:
+    text = (
+        "@dataclass\nclass A:\n    a: int\n    _: KW_ONLY\n    b: int\n@dataclass(kw_only=True)\nclass B:\n    a: int\n"
+    )
+    assert positional(ast.parse(text)) == {"A": 1}
+
+
+def test_records_of_more_than_five_fields_are_built_by_keyword() -> None:
+    for path in sorted(SOURCES.rglob("*.py")):
+        for name, count in positional(ast.parse(path.read_text(encoding="utf-8"))).items():
+            assert count <= MOST_POSITIONAL, f"{path.relative_to(SOURCES)}: {name} takes {count} fields by position"

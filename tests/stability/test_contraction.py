@@ -107,7 +107,7 @@ def test_multipliers_that_nearly_meet_are_measured_together(seed: int) -> None:
 def test_a_leading_subspace_is_invariant_and_its_coordinates_are_its_own(seed: int) -> None:
     draw = np.random.default_rng(seed)
     matrix = draw.normal(size=(9, 9))
-    spectrum = Spectrum(np.linalg.eigvals(matrix), 1.0, (), matrix, np.eye(9))
+    spectrum = Spectrum(multipliers=np.linalg.eigvals(matrix), radius=1.0, neutral=(), matrix=matrix, basis=np.eye(9))
     right, left, block = leading_subspace(spectrum)
     np.testing.assert_allclose(matrix @ right, right @ block, atol=1e-12)
     np.testing.assert_allclose(left.T @ matrix, block @ left.T, atol=1e-11)

@@ -69,7 +69,7 @@ def test_scaled_growth_is_that_of_the_scaled_system(seed: int) -> None:
     def reduced(matrix: np.ndarray, along: np.ndarray) -> Spectrum:
         basis = np.linalg.qr(along, mode="complete")[0][:, k:] if k else np.eye(n)
         quotient = basis.T @ matrix @ basis
-        return Spectrum(np.linalg.eigvals(quotient), 0.0, (), quotient, basis)
+        return Spectrum(multipliers=np.linalg.eigvals(quotient), radius=0.0, neutral=(), matrix=quotient, basis=basis)
 
     scaled = reduced(matrix * units[np.newaxis, :] / units[:, np.newaxis], along / units[:, np.newaxis])
     found = in_units(reduced(matrix, along), units)
@@ -93,7 +93,13 @@ def disturbed(gait: Gait, spectrum: Spectrum | None = None) -> Disturbance:
 
 
 def still(states: int) -> Spectrum:
-    return Spectrum(np.zeros(states), 0.0, (), np.zeros((states, states)), np.eye(states))
+    return Spectrum(
+        multipliers=np.zeros(states),
+        radius=0.0,
+        neutral=(),
+        matrix=np.zeros((states, states)),
+        basis=np.eye(states),
+    )
 
 
 def test_the_amble_comes_back_from_a_thousandth_and_is_not_warned(stabilised_gait: Gait) -> None:

@@ -130,7 +130,9 @@ def test_the_objective_is_the_mean_squared_torque(coarse_gait: Gait) -> None:
 def test_a_gait_is_its_own_starting_point(coarse_gait: Gait, small_program: GaitProgram) -> None:
     layout = small_program.layout
     natural = from_gait(small_program.problem, coarse_gait, layout)
-    solution = Solution(natural / layout.scale, None, coarse_gait.solver, (), True)
+    solution = Solution(
+        variables=natural / layout.scale, multipliers=None, report=coarse_gait.solver, rows=(), solved=True
+    )
     again = to_gait(small_program.problem, layout, solution)
     for ours, theirs in zip(again.domains, coarse_gait.domains, strict=True):
         for kind in ("coefficients", "positions", "velocities", "accelerations", "torques", "forces", "impulse"):

@@ -44,7 +44,7 @@ SHRUNK = 1e-3
 """A cycle that lasts this share of the guess's is on its way to nothing."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FixedPoint:
     """A state that a cycle reproduces, up to the symmetries.
 

@@ -49,7 +49,7 @@ TOGETHER = 1e-7
 """Two guards that are reached within this share of the stay in their domain are reached at once."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Monodromy:
     """The Poincare map and its derivative at a state.
 

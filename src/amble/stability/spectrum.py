@@ -50,7 +50,7 @@ class Neutral:
     residual: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Spectrum:
     """The multipliers of an orbit modulo its symmetries, among motions with the same values of the invariants.
 

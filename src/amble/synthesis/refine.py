@@ -138,4 +138,5 @@ def _solution(program: GaitProgram, gait: Gait, x: Vector) -> Solution:
         violation=float(np.abs(values[equal] - nlp.lower[equal]).max()),
         objective=float(cost),
     )
-    return Solution(x, gait.multipliers, report, violated_rows(program, x, values), solved=True)
+    rows = violated_rows(program, x, values)
+    return Solution(variables=x, multipliers=gait.multipliers, report=report, rows=rows, solved=True)

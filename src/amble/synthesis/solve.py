@@ -47,7 +47,7 @@ class Start:
     multipliers: LagrangeMultipliers | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Solution:
     """The end of a solver's run: scaled variables with their multipliers, and the report.
 
@@ -181,7 +181,8 @@ def finished(
         objective=float(objective[0]),
     )
     kept = None if multipliers is None or not solved else LagrangeMultipliers(*map(_rounded, multipliers))
-    return Solution(variables, kept, report, violated_rows(program, variables, values), solved)
+    rows = violated_rows(program, variables, values)
+    return Solution(variables=variables, multipliers=kept, report=report, rows=rows, solved=solved)
 
 
 def solve_near(
