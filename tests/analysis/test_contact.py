@@ -163,6 +163,13 @@ def test_five_hundred_cycles_are_two_hundred_and_fifty_times_two() -> None:
     ]
 
 
+def test_the_smallest_pivot_is_the_smallest() -> None:
+    """The synthetic trace has one pivot only, of which the largest is the smallest."""
+    trace = synthetic_trace()
+    pivots = np.linspace(0.5, 2.5, trace.time.size)[:, None]
+    assert report(dataclasses.replace(trace, signals={**trace.signals, "pivot": pivots})).min_pivot == 0.5
+
+
 def test_unusable_input() -> None:
     trace = synthetic_trace()
     with pytest.raises(UnknownNameError, match="unknown signal 'pivot'"):
