@@ -123,7 +123,9 @@ def certify(
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     try:
         with progress("certifying") as notify:
-            certificate = certify_into(walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen, progress=notify)
+            certificate = certify_into(
+                walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen, progress=notify
+            )
     except WorkError:
         show_bounds(walker)
         raise
