@@ -81,6 +81,7 @@ def positional(tree: ast.AST) -> dict[str, int]:
         made = [ast.unparse(each) for each in getattr(node, "decorator_list", ()) if "dataclass" in ast.unparse(each)]
         if isinstance(node, ast.ClassDef) and made and "kw_only=True" not in made[0]:
             kinds = [ast.unparse(each.annotation) for each in node.body if isinstance(each, ast.AnnAssign)]
+            kinds = [kind for kind in kinds if not kind.startswith("ClassVar")]
             found[node.name] = kinds.index("KW_ONLY") if "KW_ONLY" in kinds else len(kinds)
     return found
 

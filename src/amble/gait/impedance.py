@@ -38,7 +38,7 @@ GROUP = 4
 """Pieces are counted up to a multiple of this, so that gaits of one robot mostly share compiled code."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Impedance(TorqueLaw):
     """Feed-forward from the orbit and constant joint gains; what is not given follows from the robot's size.
 

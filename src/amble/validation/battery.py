@@ -228,7 +228,7 @@ def validate(
         raise InputError("a validation walks on level ground; this gait was made for another")
     if cycles < 1:
         raise InputError(f"{cycles} cycles were asked for; a walk has at least 1")
-    tell, robot = progress or silent, gait.robot
+    notify, robot = progress or silent, gait.robot
     gravity = abs(robot.gravity)
     mass, length = (1.0, 1.0) if absolute else (robot.mass / ASTRO_MASS, robot.leg_length / ASTRO_LENGTH)
     time = 1.0 if absolute else float(np.sqrt(length * ASTRO_GRAVITY / gravity))
