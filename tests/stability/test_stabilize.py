@@ -21,7 +21,7 @@ from amble.stability.contraction import NEAR, leading_mode, section_distances
 from amble.stability.lyapunov import smoothed_radius, verified_bound
 from amble.stability.monodromy import monodromy
 from amble.stability.spectrum import multipliers
-from amble.stability.stabilize import NotStabilizedError, Stabilized, stabilization
+from amble.stability.stabilize import FREED, TARGET, NotStabilizedError, Stabilized, stabilization
 from amble.stability.weight_search import TRACE, Closed, WeightSearch, least_bound
 from amble.types import Vector
 
@@ -179,6 +179,22 @@ def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
     assert told[2].startswith("evaluation 1 of 150, contraction bound of the return map 1.52")
 
 
+def test_weights_grow_until_the_orbit_is_stable(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Begun with a knee alone, which cannot help: the steepest weights follow, and every reason is kept."""
+    monkeypatch.setattr("amble.stability.stabilize.FREE", ("fl_knee",))
+    monkeypatch.setattr("amble.stability.stabilize.ROUNDS", 1)
+    told: list[str] = []
+    found = stabilization(walking_gait, progress=lambda report: told.append(str(report)))
+    assert found.radius < TARGET < 2.3 < found.initial
+    assert len(found.free) == 1 + FREED
+    assert found.free[0] == "fl_knee"
+    assert "roll" in found.free
+    assert any(text.startswith("weights of ") and text.endswith(" are freed") for text in told)
+    assert "(spectral radius 2.32" in found.reason
+    assert "with fl_knee free); 1 descents done" in found.reason
+    assert [step.number for step in found.steps] == list(range(len(found.steps)))
+
+
 @pytest.mark.slow
 def test_roll_alone_is_enough(walking_gait: Gait) -> None:
     """Measured: 2.322 to 0.318 in three steps; the first already reaches 0.377."""
@@ -201,7 +217,7 @@ def test_the_start_stands_where_no_step_is_accepted(walking_gait: Gait, monkeypa
     monkeypatch.setattr(WeightSearch, "close", close)
     monkeypatch.setattr("amble.stability.stabilize.least_bound", lambda *_: np.full(WEIGHTS, 2.0 / np.sqrt(WEIGHTS)))
     with pytest.raises(NotStabilizedError, match=r"2\.32\d \(no step reduces .*; refused: the first refusal"):
-        stabilization(walking_gait)
+        stabilization(walking_gait, free=FREE)
 
 
 def test_a_step_of_larger_radius_than_the_start_is_not_taken(

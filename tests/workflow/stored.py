@@ -27,6 +27,7 @@ def hand_out(stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
             steps=steps,
             reason="stored",
             parameters=66,
+            free=("roll", "pitch", "yaw"),
             seconds=0.1,
         )
 

@@ -11,9 +11,16 @@ import pytest
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.synthesis import GaitProblem, synthesize
-from amble.synthesis.specification import read_specification
+from amble.synthesis.specification import SolverSection, read_specification
 from amble.workflow import specified
-from amble.workflow.specified import pose, synthesize_specification, until_checked
+from amble.workflow.specified import (
+    GaitNotCheckedError,
+    PosedProblem,
+    pose,
+    solve,
+    synthesize_specification,
+    until_checked,
+)
 
 
 def test_a_file_and_what_was_read_from_it_pose_the_same_problem() -> None:
@@ -72,3 +79,20 @@ def test_what_no_mesh_mends_is_said(problem: GaitProblem, coarse: Gait, caplog: 
     assert found.gait is higher
     assert "no gait was found on 2 times the intervals" in caplog.text
     assert "the gait does not pass its check" in caplog.text
+
+
+def test_a_gait_that_fails_its_check_on_every_mesh_is_not_called_done(
+    problem: GaitProblem, coarse: Gait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was handed out with a warning and exit code 0."""
+    higher = replace(coarse, limits=replace(coarse.limits, clearance=1.0))
+    monkeypatch.setattr(specified, "synthesize", lambda *_, **__: higher)
+    monkeypatch.setattr(specified, "refine", lambda *_, **__: higher)
+    posed = PosedProblem("from a test", replace(problem, limits=higher.limits), SolverSection())
+    with pytest.raises(
+        GaitNotCheckedError, match=r"fails its check on 4 to 16 intervals a domain: \d+ of \d+ rows"
+    ) as caught:
+        solve(posed)
+    assert caught.value.exit_code == 1
+    assert caught.value.last is higher
+    assert "[limits] node_margins = true" in str(caught.value)

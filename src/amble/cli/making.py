@@ -12,7 +12,7 @@ from amble.cli.console import progress
 from amble.cli.lines import show_stabilized, show_synthesized
 from amble.cli.options import METHOD_OPTION
 from amble.cli.output import show, wrote
-from amble.defaults import FREE, METHOD, Method
+from amble.defaults import METHOD, Method
 from amble.errors import InputError, shown
 
 
@@ -57,7 +57,10 @@ def synthesize(
         ),
     ] = None,
     keep: Annotated[
-        Path | None, typer.Option(help="Where to write the last iterate of a failed run.", show_default=False)
+        Path | None,
+        typer.Option(
+            help="Where to write the last iterate of a failed run, or a gait that fails its check.", show_default=False
+        ),
     ] = None,
     feet: Annotated[str | None, options.FEET] = None,
     gait: Annotated[str | None, options.GAIT] = None,
@@ -67,7 +70,7 @@ def synthesize(
     """Find the gait that a specification describes, or that of a robot by default."""
     from amble.gait.files import load_gait, save_gait
     from amble.synthesis.synthesize import GaitNotSolvedError
-    from amble.workflow.specified import pose, solve
+    from amble.workflow.specified import GaitNotCheckedError, pose, solve
 
     if options.is_robot(spec):
         posed = pose(options.specification(spec, feet, gait, speed, symmetrize, propose=False))
@@ -82,7 +85,7 @@ def synthesize(
     try:
         with progress("optimising the gait") as notify:
             found = solve(posed, known, progress=notify)
-    except GaitNotSolvedError as error:
+    except (GaitNotSolvedError, GaitNotCheckedError) as error:
         if keep is not None:
             wrote(save_gait(error.last, keep))
         raise
@@ -93,7 +96,11 @@ def synthesize(
 def stabilize(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     free: Annotated[
-        list[str] | None, typer.Option(help="Coordinate with free weights.", show_default=", ".join(FREE))
+        list[str] | None,
+        typer.Option(
+            help="Coordinate with free weights; by default the base's, and joints as they are needed.",
+            show_default=False,
+        ),
     ] = None,
     control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     method: Annotated[Method, METHOD_OPTION] = METHOD,
@@ -105,6 +112,6 @@ def stabilize(
 
     walker = options.under(load_gait(gait), control)
     with progress("stabilising") as notify:
-        found = stabilization(walker, tuple(free or FREE), method, notify)
+        found = stabilization(walker, tuple(free) if free else None, method, notify)
     show_stabilized(found)
     wrote(save_gait(found.gait, out))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,15 @@ SHARES = (1.0, 0.25, 0.0625)
 """Parts of the way to new weights that are tried."""
 
 SMALLEST_GAIN = 0.1
+
+TARGET = 0.95
+"""Spectral radius of a gait cycle above which more weights are freed, where nobody says which are."""
+
+FLAT = 1e-6
+"""Slope, by the steepest, of weights that do not matter: those on outputs that are controlled anyway have none."""
+
+FREED = 3
+"""Joints whose weights are freed at a time: those in which the bound is steepest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,8 +65,9 @@ class Stabilized:
         gait: the gait with stabilised feedback, starting at its own fixed point.
         steps: the accepted steps, the first the start; every one has a smaller bound than the one before, and no larger
             radius than the start.
-        reason: why it stopped, and why steps were refused.
+        reason: why it stopped, with every set of weights that was tried, and why steps were refused.
         parameters: number of free weights.
+        free: coordinates whose weights were free in the end.
         seconds: wall time of everything, s.
     """
 
@@ -65,6 +75,7 @@ class Stabilized:
     steps: tuple[Step, ...]
     reason: str
     parameters: int
+    free: tuple[str, ...]
     seconds: float
 
     @property
@@ -88,25 +99,28 @@ class NotStabilizedError(WorkError):
 
 
 def stabilize(
-    gait: Gait, free: Sequence[str] = FREE, method: Method = METHOD, progress: Progress | None = None
+    gait: Gait, free: Sequence[str] | None = None, method: Method = METHOD, progress: Progress | None = None
 ) -> Gait:
     """Return the gait with output weights that make its orbit exponentially stable; see ``stabilization``."""
     return stabilization(gait, free, method, progress).gait
 
 
 def stabilization(
-    gait: Gait, free: Sequence[str] = FREE, method: Method = METHOD, progress: Progress | None = None
+    gait: Gait, free: Sequence[str] | None = None, method: Method = METHOD, progress: Progress | None = None
 ) -> Stabilized:
     """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d), or by the gains of its control law.
 
     Under a ``TorqueLaw`` such as ``Impedance`` its gains are free, each within a factor of 4 of where it starts.
 
     The contraction bound of the return map is minimised (``least_bound``) on the closed loop's orbit, and again on its
-    own orbit under the weights found, until that gains less than 10 %.
+    own orbit under the weights found, until that gains less than 10 %. Where nobody says which weights are free, those
+    of the base are first; while the spectral radius stays above ``TARGET``, the joints in which the bound is steepest
+    are freed as well, ``FREED`` at a time, and the descent goes on from where it stands, until no other weight matters.
 
     Args:
         gait: the gait; feedback that it already has is replaced.
-        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free; of no account for gains.
+        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free, by default growing as above; of
+            no account for gains.
         method: what chooses the parameters; there is one, the paper's "bilinear".
         progress: called with every accepted step, and between them.
 
@@ -127,27 +141,64 @@ def stabilization(
     notify = progress or silent
     notify(ProgressReport(what="orbit of the closed loop"))
     own = gait.control is None or isinstance(gait.control, InputOutputLinearisation)
-    search: WeightSearch | GainSearch = WeightSearch.of(gait, free) if own else GainSearch.of(gait)
+    freed = tuple(FREE if free is None else free) if own else ()
+    search: WeightSearch | GainSearch = WeightSearch.of(gait, freed) if own else GainSearch.of(gait)
     here = search.close(np.zeros(search.size))
-    steps, refusals = [_step(0, here, here, began)], list[str]()
+    steps, reasons = [_step(0, here, here, began)], list[str]()
     notify(_report(steps[0]))
+    while True:
+        search, here = _descended(search, here, steps, reasons, began, notify)
+        if isinstance(search, GainSearch) or free is not None or here.radius <= TARGET:
+            break
+        more = _steepest(search, here, freed)
+        if not more:
+            break
+        reasons[-1] += f" (spectral radius {here.radius:.4g} with {', '.join(freed)} free)"
+        freed = (*freed, *more)
+        notify(ProgressReport(what=f"weights of {', '.join(more)} are freed"))
+        search = search.freeing(here, freed)
+        here = replace(here, theta=np.zeros(search.size))
+    reason = "; ".join(reasons)
+    if here.radius >= 1.0:
+        raise NotStabilizedError(_explanation(search, here, freed, reason))
+    return Stabilized(here.gait, tuple(steps), reason, here.theta.size, freed, time.perf_counter() - began)
+
+
+def _descended(
+    search: WeightSearch | GainSearch,
+    here: Closed,
+    steps: list[Step],
+    reasons: list[str],
+    began: float,
+    notify: Progress,
+) -> tuple[WeightSearch | GainSearch, Closed]:
+    """Descend in what is free; steps, and in one sentence why it stopped, are added to what is handed in."""
+    refusals: list[str] = []
     reason = f"{ROUNDS} descents done"
-    for number in range(1, ROUNDS + 1):
+    for _ in range(ROUNDS):
         there = _improved(search, here, steps[0].radius, notify, refusals)
         if there is None:
             reason = "no step reduces the bound any more"
             break
-        steps.append(_step(number, there, here, began))
+        steps.append(_step(len(steps), there, here, began))
         notify(_report(steps[-1]))
         gain, here = 1.0 - there.bound / here.bound, there
         if gain < SMALLEST_GAIN:
             reason = f"the last descent gained less than {SMALLEST_GAIN:.0%}"
             break
         search = search.around(here)
-    reason = "; ".join([reason, *(f"refused: {refusal}" for refusal in refusals)])
-    if here.radius >= 1.0:
-        raise NotStabilizedError(_explanation(search, here, free, reason))
-    return Stabilized(here.gait, tuple(steps), reason, here.theta.size, time.perf_counter() - began)
+    reasons.append("; ".join([reason, *(f"refused: {refusal}" for refusal in refusals)]))
+    return search, here
+
+
+def _steepest(search: WeightSearch, here: Closed, freed: Sequence[str]) -> tuple[str, ...]:
+    """Return the coordinates to free next: the steepest of those that are not; none where no other weight matters."""
+    effect = search.pulls(here.theta)
+    least = FLAT * max(effect.values())
+    others = sorted(
+        (name for name in effect if name not in freed and effect[name] > least), key=lambda name: -effect[name]
+    )
+    return tuple(others[:FREED])
 
 
 def _improved(

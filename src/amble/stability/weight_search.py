@@ -198,6 +198,13 @@ class WeightSearch:
         """Go on from the orbit of a closed loop."""
         return replace(self, orbit=_sampled(there.gait, there.system, there.found))
 
+    def freeing(self, there: Closed, free: Sequence[str]) -> WeightSearch:
+        """Go on from the weights of a closed loop, now theta = 0, with others free; drift counts from before."""
+        feedback = self.feedback_with(there.theta)
+        weighting = _weighting(replace(self.gait, feedback=feedback), feedback, free)
+        orbit = _sampled(there.gait, there.system, there.found)
+        return replace(self, feedback=feedback, weighting=weighting, orbit=orbit)
+
     def feedback_with(self, theta: Vector) -> Feedback:
         """Return the feedback with other weights."""
         return replace(self.feedback, weights=self.weighting.weights(theta))

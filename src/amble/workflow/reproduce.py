@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from amble.defaults import FREE, METHOD, REPRODUCED_CYCLES, TOLERANCE, Method
+from amble.defaults import METHOD, REPRODUCED_CYCLES, TOLERANCE, Method
 from amble.errors import FallError
 from amble.gait import Gait
 from amble.gait.closed_loop import trace_units
@@ -110,7 +110,7 @@ def reproduce(
         ),
     )
     stability = work.timed("measurement", lambda: _stability(found, certificate, trace, beside))
-    report = measure(found.gait, trace, _settings(posed, found.gait, method, trace), dict(work.seconds), stability)
+    report = measure(found.gait, trace, _settings(posed, found, method, trace), dict(work.seconds), stability)
     work.draw(report)
     return Run(
         synthesized=gait,
@@ -183,15 +183,15 @@ class _Work:
         return trace
 
 
-def _settings(posed: PosedProblem, gait: Gait, method: Method, trace: Trace) -> dict[str, str]:
+def _settings(posed: PosedProblem, found: Stabilized, method: Method, trace: Trace) -> dict[str, str]:
     """Return the settings that the gait itself does not hold."""
     solver = posed.solver
     return {
         "specification": posed.name,
         "tolerance of the gait problem": f"{solver.tolerance:g}",
-        "intervals of a domain": str((gait.domains[0].times.size - 1) // 2),
+        "intervals of a domain": str((found.gait.domains[0].times.size - 1) // 2),
         "method of the stabilisation": method,
-        "free weights": ", ".join(FREE),
+        "free weights": ", ".join(found.free),
         "trace of W in the stabilisation": f"{TRACE_BOUND:g}",
         "tolerances of the certificate": ", ".join(f"{tolerance:g}" for tolerance in TOLERANCES),
         "tolerance of the simulation": f"{trace.tolerance:g}",

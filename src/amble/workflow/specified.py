@@ -29,6 +29,23 @@ SHIPPED = "astro-amble.toml"
 """The paper's amble."""
 
 
+class GaitNotCheckedError(WorkError):
+    """The solver found a gait, which fails its check on every mesh that was tried; the message says what to change.
+
+    Attributes:
+        last: the gait, on the first mesh.
+        report: of its check; None where it could not be computed.
+    """
+
+    def __init__(self, found: Checked, intervals: int) -> None:
+        self.last, self.report = found.gait, found.report
+        super().__init__(
+            f"a gait was found, but it fails its check on {intervals} to {FINEST * intervals} intervals a domain: "
+            f"{_what_fails(found)}; start with more intervals ([solver] intervals), keep a margin of the limits at the "
+            "nodes ([limits] node_margins = true), or widen the limit that is missed"
+        )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Checked:
     """A gait and what its check found.
@@ -140,9 +157,12 @@ def solve(posed: PosedProblem, start: Gait | None = None, *, progress: Progress 
     solver = posed.solver
     gait = synthesize(posed.problem, start, solver.tolerance, solver.iterations, progress, solver=solver.name)
     if solver.refinement is None:
-        return until_checked(
+        found = until_checked(
             posed.problem, gait, solver.tolerance, solver.iterations, progress=progress, solver=solver.name
-        ).gait
+        )
+        if not found.passed:
+            raise GaitNotCheckedError(found, posed.problem.intervals)
+        return found.gait
     return gait if solver.refinement == 1 else refine(posed.problem, gait, solver.refinement, progress)
 
 
@@ -162,6 +182,7 @@ def synthesize_specification(
     Raises:
         InputError, UnknownNameError: the specification or the start cannot be used.
         GaitNotSolvedError: the solver stopped without a solution; the error carries the last iterate.
+        GaitNotCheckedError: what it found fails its check on every mesh; the error carries the gait.
         NotSolvedError: equality rows depend on each other, or the finer mesh does not converge.
     """
     posed = pose(specification)
