@@ -12,7 +12,7 @@ from amble.cli.console import progress
 from amble.cli.lines import show_stabilized, show_synthesized
 from amble.cli.options import METHOD_OPTION
 from amble.cli.output import show, wrote
-from amble.defaults import METHOD, Method
+from amble.defaults import FREE, METHOD, Method
 from amble.errors import InputError, shown
 
 
@@ -98,7 +98,7 @@ def stabilize(
     free: Annotated[
         list[str] | None,
         typer.Option(
-            help="Coordinate with free weights; by default the base's, and joints as they are needed.",
+            help=f"Coordinate with free weights; by default {', '.join(FREE)}, and joints as they are needed.",
             show_default=False,
         ),
     ] = None,

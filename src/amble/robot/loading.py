@@ -96,13 +96,7 @@ def robot_from(
     if not joints:
         raise InputError(f"{path.name}: the robot has no actuated joint")
     moving = [_moving_joint(joint, index, placements[joint.parent]) for index, joint in enumerate(joints)]
-    offsets = adaptation.foot_offsets
-    for label in offsets:
-        if label not in feet:
-            raise UnknownNameError("foot (foot_offsets)", label, feet)
-    point_feet = tuple(
-        _foot(label, frame, file, placements, offsets.get(label, np.zeros(3))) for label, frame in feet.items()
-    )
+    point_feet = _feet(feet, file, placements, adaptation.foot_offsets)
     _check_distinct(point_feet, links, path)
     robot = Robot(
         name=file.name if name is None else name,
@@ -269,6 +263,16 @@ def _moving_joint(joint: FileJoint, index: int, on: _Placement) -> Joint:
         rotor_inertia=joint.rotor_inertia,
         damping=joint.damping,
     )
+
+
+def _feet(
+    feet: Mapping[str, str], file: FileRobot, placements: Mapping[str, _Placement], offsets: Mapping[str, Vector]
+) -> tuple[Foot, ...]:
+    for label in offsets:
+        if label not in feet:
+            raise UnknownNameError("foot (foot_offsets)", label, feet)
+    still = np.zeros(3)
+    return tuple(_foot(label, frame, file, placements, offsets.get(label, still)) for label, frame in feet.items())
 
 
 def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Placement], offset: Vector) -> Foot:

@@ -10,6 +10,7 @@ import numpy as np
 
 from amble.errors import InputError, shown
 from amble.io.registry import Lookup
+from amble.robot.mjcf import read_mjcf, read_xml
 from amble.robot.urdf import FileJoint, FileLink, FileRobot, read_urdf
 
 __all__ = ["READERS", "FileJoint", "FileLink", "FileRobot", "format_of", "read_robot"]
@@ -18,6 +19,8 @@ READERS: Lookup[Callable[[Path], FileRobot]] = Lookup("format of robot files")
 """The formats of robot files by the suffix of their names, without the dot."""
 
 READERS.register("urdf", read_urdf)
+READERS.register("mjcf", read_mjcf)
+READERS.register("xml", read_xml)
 
 SHAPES = {"center": (3,), "inertia": (3, 3), "rotation": (3, 3), "translation": (3,), "axis": (3,)}
 

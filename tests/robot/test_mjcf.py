@@ -1,0 +1,165 @@
+"""Robots from MJCF: against the accelerations of MuJoCo itself, and against the same robot from a URDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from amble.errors import InputError
+from amble.robot import Adaptation, Robot, dynamics, kinematics, load_robot
+from amble.types import Vector
+from tests.quadruped import FEET, urdf
+from tests.robots import ROBOTS, random_states, robot
+
+mujoco = pytest.importorskip("mujoco")
+
+HEAD = """<mujoco model="odd"><compiler angle="degree"/><option gravity="0 0 -9.81"/>
+<default><joint armature="0.01" damping="0.2"/><default class="stiff"><joint damping="0.7"/></default></default>
+<worldbody><geom type="plane" size="9 9 1"/><body name="trunk" pos="0 0 1" euler="10 20 30">{free}
+<inertial pos="0.01 0 0" mass="5" fullinertia="0.05 0.08 0.1 0.001 0.002 0.003"/>"""
+LEG = """<body name="{n}_hip" pos="{x} {y} 0" euler="0 0 15">
+<joint name="{n}_yaw" axis="0 0 1" pos="0.01 0.02 0"/><joint name="{n}_pitch" axis="0 1 0" ref="25" range="-80 70"/>
+<geom type="capsule" size="0.02" fromto="0 0 0 0.02 0 -0.2" mass="0.8"/>
+<body name="{n}_shank" pos="0.02 0 -0.2"><joint name="{n}_knee" class="stiff" axis="0 1 0" pos="0 0.01 0.01"/>
+<geom name="{n}_foot" type="sphere" size="0.02" pos="0.01 0 -0.2" mass="0.1"/>
+<geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.18" mass="0.2"/></body></body>"""
+LEGS = "".join(
+    LEG.format(n=n, x=x, y=y)
+    for n, x, y in (("fl", 0.2, 0.1), ("fr", 0.2, -0.1), ("rl", -0.2, 0.1), ("rr", -0.2, -0.1))
+)
+MOTORS = '<actuator><motor joint="fl_yaw" gear="2" ctrlrange="-3 4" ctrllimited="true"/></actuator>'
+ODD_FEET = {label: f"{label}_foot" for label in ("fl", "fr", "rl", "rr")}
+
+
+def odd(free: str = "<freejoint/>", more: str = MOTORS) -> str:
+    return HEAD.format(free=free) + LEGS + f"</body></worldbody>{more}</mujoco>"
+
+
+def quaternion(rotation: np.ndarray) -> Vector:
+    found = np.zeros(4)
+    mujoco.mju_mat2Quat(found, np.ascontiguousarray(rotation).ravel())
+    return found
+
+
+def accelerations_agree(walker: Robot, model: object, tolerance: float = 1e-10) -> None:
+    """Torques on a flying robot: accelerations of joints, of the base's origin and its angular velocity.
+
+    Relative to their size; both solve a linear system of 18 unknowns in double precision.
+    """
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # type: ignore[attr-defined]
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_LIMIT)  # type: ignore[attr-defined]
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)  # type: ignore[attr-defined]
+    data, generator = mujoco.MjData(model), np.random.default_rng(0)
+    q, v, a = (ca.SX.sym(letter, walker.size) for letter in "qva")
+    spin = kinematics.angle_axes(q) @ v[3:6]
+    turn = ca.Function("turn", [q, v, a], [ca.jtimes(spin, q, v) + ca.jtimes(spin, v, a)])
+    hinges = [model.joint(name) for name in walker.joint_names]  # type: ignore[attr-defined]
+    for pose, rate in zip(*random_states(walker, 3), strict=True):
+        torque = generator.normal(size=len(hinges))
+        data.qpos[:3], data.qvel[:3] = pose[:3], rate[:3]
+        data.qpos[3:7] = quaternion(np.asarray(kinematics.base_rotation(pose)))
+        data.qvel[3:6] = np.asarray(kinematics.angle_axes(pose)) @ rate[3:6]
+        for hinge, angle, speed, u in zip(hinges, pose[6:], rate[6:], torque, strict=True):
+            data.qpos[hinge.qposadr[0]], data.qvel[hinge.dofadr[0]] = angle, speed
+            data.qfrc_applied[hinge.dofadr[0]] = u
+        mujoco.mj_forward(model, data)
+        force = np.concatenate([np.zeros(6), torque]) - np.asarray(dynamics.bias(walker, pose, rate)).ravel()
+        ours = np.linalg.solve(np.asarray(dynamics.mass_matrix(walker, pose)), force)
+        theirs = [data.qacc[:3], data.qacc[3:6], [data.qacc[hinge.dofadr[0]] for hinge in hinges]]
+        mine = [ours[:3], np.asarray(turn(pose, rate, ours)).ravel(), ours[6:]]
+        size = max(np.abs(np.concatenate(mine)).max(), 1.0)
+        for one, other in zip(mine, theirs, strict=True):
+            np.testing.assert_allclose(one, other, atol=tolerance * size, rtol=0.0)
+
+
+def test_several_joints_a_body_their_places_references_and_defaults(tmp_path: Path) -> None:
+    file = tmp_path / "odd.xml"
+    file.write_text(odd())
+    walker = load_robot(file, ODD_FEET)
+    assert walker.name == "odd"
+    assert walker.joint_names[:3] == ("fl_yaw", "fl_pitch", "fl_knee")
+    accelerations_agree(walker, mujoco.MjModel.from_xml_path(str(file)))
+    pitch = walker.joint("fl_pitch")
+    assert (pitch.lower, pitch.upper) == pytest.approx(np.deg2rad([-80.0, 70.0]))
+    assert (pitch.rotor_inertia, pitch.damping, walker.joint("fl_knee").damping) == (0.01, 0.2, 0.7)
+    assert walker.joint("fl_yaw").effort == 8.0
+    assert walker.joint("fl_pitch").effort == np.inf
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    q = random_states(walker, 1)[0][0]
+    data.qpos[:3], data.qpos[3:7] = q[:3], quaternion(np.asarray(kinematics.base_rotation(q)))
+    for name, angle in zip(walker.joint_names, q[6:], strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = angle
+    mujoco.mj_forward(model, data)
+    for foot, geom in ODD_FEET.items():
+        place = np.asarray(kinematics.foot_position(walker, foot, q)).ravel()
+        np.testing.assert_allclose(place, data.geom(geom).xpos, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_robot_written_as_mjcf_comes_back(name: str, tmp_path: Path) -> None:
+    """Against what MuJoCo took: it balances the inertias of ASTRo's lower legs, which are those of no body."""
+    from benchmarks.mujoco_model import model_of
+
+    walker, file = robot(name), tmp_path / "robot.xml"
+    file.write_text(model_of(walker).replace('<geom type="sphere"', '<geom type="sphere" mass="0"'))
+    again = load_robot(file, {foot.name: walker.links[foot.link].name for foot in walker.feet})
+    assert again.joint_names == walker.joint_names or set(again.joint_names) == set(walker.joint_names)
+    accelerations_agree(again, mujoco.MjModel.from_xml_path(str(file)))
+    assert again.mass == pytest.approx(walker.mass, rel=1e-9)
+
+
+def test_the_same_robot_from_urdf_and_from_mujocos_own_translation(tmp_path: Path) -> None:
+    """MuJoCo reads the URDF and writes MJCF, with numbers of about six digits."""
+    file = tmp_path / "padda.urdf"
+    file.write_text(urdf())
+    plain = load_robot(file, FEET)
+    spec = mujoco.MjSpec.from_file(str(file))
+    spec.compiler.fusestatic = False
+    next(body for body in spec.bodies if body.name == "trunk").add_freejoint()
+    spec.compile()
+    twin = tmp_path / "padda.mjcf"
+    twin.write_text(spec.to_xml())
+    walker = load_robot(twin, FEET)
+    assert walker.joint_names == plain.joint_names
+    for q, v in zip(*random_states(plain, 3), strict=True):
+        for ours, theirs in (
+            (dynamics.mass_matrix(walker, q), dynamics.mass_matrix(plain, q)),
+            (dynamics.bias(walker, q, v), dynamics.bias(plain, q, v)),
+            (kinematics.foot_position(walker, "fl", q), kinematics.foot_position(plain, "fl", q)),
+        ):
+            expected = np.asarray(theirs)
+            np.testing.assert_allclose(np.asarray(ours), expected, atol=1e-5 * np.abs(expected).max(), rtol=0.0)
+
+
+def test_what_cannot_be_read_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "odd.xml"
+    for text, words in (
+        (odd(free=""), "'trunk' is fixed to the world, a floating base is needed: give it a freejoint"),
+        (odd(more='<equality><connect body1="fl_shank" body2="fr_shank" anchor="0 0 0"/></equality>'), "closes a loop"),
+        ("<mujoco><worldbody/></mujoco>", "no body of the file moves on joints"),
+        ("<mujoco><worldbody><nonsense/></worldbody></mujoco>", "MuJoCo does not compile it"),
+        (odd(more='<equality><joint joint1="fl_knee" joint2="fr_knee"/></equality>'), "'fl_knee' mimics 'fr_knee'"),
+    ):
+        file.write_text(text)
+        with pytest.raises(InputError, match=words) as caught:
+            load_robot(file, ODD_FEET)
+        assert "\n" not in str(caught.value)
+    file.write_text(odd(more='<equality><joint joint1="fl_knee" joint2="fr_knee"/></equality>'))
+    assert "fl_knee" not in load_robot(file, ODD_FEET, adaptation=Adaptation(locked={"fl_knee": 0.4})).joint_names
+    file.write_text(urdf())  # a URDF that is called .xml
+    assert load_robot(file, FEET).name == "padda"
+
+
+def test_meshes_need_not_be_there_and_springs_are_named(tmp_path: Path) -> None:
+    text = odd().replace("<worldbody>", '<asset><mesh name="body" file="nowhere.stl"/></asset><worldbody>', 1)
+    text = text.replace('<inertial pos="0.01 0 0"', '<geom type="mesh" mesh="body"/><inertial pos="0.01 0 0"')
+    file, plain = tmp_path / "mesh.xml", tmp_path / "odd.xml"
+    file.write_text(text.replace('class="stiff" axis', 'class="stiff" stiffness="3" axis', 1))
+    plain.write_text(odd())
+    walker = load_robot(file, ODD_FEET)
+    assert walker.hash == load_robot(plain, ODD_FEET).hash
+    assert walker.unused == ("joint 'fl_knee' has a spring (stiffness 3), which is not used",)
