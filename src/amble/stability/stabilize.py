@@ -119,8 +119,8 @@ def stabilization(
 
     Args:
         gait: the gait; feedback that it already has is replaced.
-        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free, by default growing as above; of
-            no account for gains.
+        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free, by default growing;
+            of no account for gains.
         method: what chooses the parameters; there is one, the paper's "bilinear".
         progress: called with every accepted step, and between them.
 
