@@ -24,9 +24,9 @@ MOST_LOOKS = 4000
 NARROWEST = 1e-10
 """Share of the whole below which a piece is not halved any more: there the function jumps."""
 
-CLOSE, FINER = 1e-3, 0.05
-"""Pieces shorter than this share of the whole are there for a corner alone: they must meet the function to this share
-of the accuracy, so that the corner is located to what the long pieces beside it do not see any more."""
+CLOSE, CLOSEST, FINER = 1e-3, 1e-7, 0.2
+"""Pieces between these shares of the whole are there for a corner alone: they must meet the function to this share of
+the accuracy, so that the corner is located to what the long pieces beside it hardly see."""
 
 NODES = np.cos(np.pi * (np.arange(ORDER + 1)[::-1] + 0.5) / (ORDER + 1))
 BETWEEN = np.linspace(-1.0, 1.0, 2 * ORDER + 3)
@@ -101,7 +101,7 @@ def fitted(curve: Curve, start: float, end: float, accuracy: float) -> Pieces:
     def met(a: float, b: float) -> bool:
         if next(looks) > MOST_LOOKS:
             raise WorkError(f"a curve is not met to {accuracy:g} by polynomial pieces, however they are cut")
-        return _sampled(curve, a, b)[1] <= accuracy * (1.0 if b - a > CLOSE * whole else FINER)
+        return _sampled(curve, a, b)[1] <= accuracy * (FINER if CLOSEST < (b - a) / whole < CLOSE else 1.0)
 
     while True:
         cuts = [cut for a, b in itertools.pairwise(breaks) for cut in _cuts(met, a, b, whole)]
