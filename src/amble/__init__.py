@@ -104,6 +104,7 @@ _HOME = {
     "exported_loop": "amble.export",
     "fixed_point": "amble.stability",
     "gait_pattern": "amble.hybrid",
+    "imported_gait": "amble.synthesis.imported",
     "gait_problem": "amble.synthesis",
     "gaits": "amble.hybrid.gaits",
     "joint_outputs": "amble.control.outputs",
@@ -117,7 +118,9 @@ _HOME = {
     "paper_baseline": "amble.control.laws",
     "poincare_map": "amble.stability",
     "problem_of": "amble.synthesis.specified",
+    "read_motion": "amble.gait.motion_files",
     "read_specification": "amble.synthesis.specification",
+    "recorded_gait": "amble.gait.motion_files",
     "refine": "amble.synthesis",
     "replay": "amble.view",
     "reproduce": "amble.workflow",
@@ -135,6 +138,7 @@ _HOME = {
     "synthesize": "amble.synthesis",
     "synthesize_specification": "amble.workflow",
     "validate": "amble.validation",
+    "write_motion": "amble.gait.motion_files",
     "write_run": "amble.report.run",
 }
 """Public name -> module that holds it, or that it is."""

@@ -50,6 +50,9 @@ from amble.gait.cost import TorqueSquared as TorqueSquared
 from amble.gait.files import load_gait as load_gait
 from amble.gait.files import save_gait as save_gait
 from amble.gait.impedance import Impedance as Impedance
+from amble.gait.motion_files import read_motion as read_motion
+from amble.gait.motion_files import recorded_gait as recorded_gait
+from amble.gait.motion_files import write_motion as write_motion
 from amble.hybrid import CONTACTS as CONTACTS
 from amble.hybrid import FLAT as FLAT
 from amble.hybrid import GROUNDS as GROUNDS
@@ -110,6 +113,7 @@ from amble.synthesis import refine as refine
 from amble.synthesis import standing_posture as standing_posture
 from amble.synthesis import sweep as sweep
 from amble.synthesis import synthesize as synthesize
+from amble.synthesis.imported import imported_gait as imported_gait
 from amble.synthesis.solve import SOLVERS as SOLVERS
 from amble.synthesis.specification import Specification as Specification
 from amble.synthesis.specification import read_specification as read_specification
@@ -222,6 +226,7 @@ __all__ = [
     "gait_pattern",
     "gait_problem",
     "gaits",
+    "imported_gait",
     "joint_outputs",
     "law_table",
     "load_gait",
@@ -233,7 +238,9 @@ __all__ = [
     "paper_baseline",
     "poincare_map",
     "problem_of",
+    "read_motion",
     "read_specification",
+    "recorded_gait",
     "refine",
     "replay",
     "reproduce",
@@ -251,5 +258,6 @@ __all__ = [
     "synthesize",
     "synthesize_specification",
     "validate",
+    "write_motion",
     "write_run",
 ]

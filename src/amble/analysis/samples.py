@@ -15,6 +15,8 @@ from amble.gait import Gait
 from amble.hybrid import GaitPattern
 from amble.robot import Robot
 from amble.robot.natural_units import velocity_unit
+from amble.robot.rotation import rotation_about
+from amble.robot.turn import VERTICAL, turned
 from amble.simulation import Trace
 from amble.types import IntegerVector, NodeValues, Vector, frozen
 
@@ -142,10 +144,12 @@ def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
     halves = [_solved_part(gait)]
     if gait.pattern.mirrored:
         halves.append(_mirrored(halves[0], gait.pattern))
-    visits = len(gait.domains)
+    visits, turn = len(gait.domains), float(gait.command.way(gait.period)[2])
     parts: list[_Part] = []
     for number in range(cycles * len(halves)):
-        part = _follow(parts[-1], halves[number % len(halves)], gait.pattern) if parts else halves[0]
+        part = halves[number % len(halves)]
+        part = _turned(part, number * turn, gait.pattern) if turn else part
+        part = _follow(parts[-1], part, gait.pattern) if parts else part
         parts.append(part)
     segments = np.concatenate([part.visits + visits * number for number, part in enumerate(parts)])
     return Samples(
@@ -256,6 +260,15 @@ def _mirrored(part: _Part, pattern: GaitPattern) -> _Part:
         torques=mirror.torque(part.torques.T).T,
         forces=pattern.all_contacts.mirror(part.forces.T).T,
     )
+
+
+def _turned(part: _Part, angle: float, pattern: GaitPattern) -> _Part:
+    """Turn a part about the vertical, with its forces."""
+    positions, velocities = turned(part.positions, part.velocities, angle)
+    about = np.asarray(rotation_about(VERTICAL, angle))
+    forces = part.forces.reshape(len(part.times), len(pattern.robot.feet), -1).copy()
+    forces[..., :3] = forces[..., :3] @ about.T  # moments are about the ground's own axes
+    return replace(part, positions=positions, velocities=velocities, forces=forces.reshape(part.forces.shape))
 
 
 def _follow(before: _Part, part: _Part, pattern: GaitPattern) -> _Part:

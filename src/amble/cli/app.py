@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import checking, doctor, making, proving, reproducing, robots, validating, view, walking
+from amble.cli import checking, doctor, importing, making, proving, reproducing, robots, validating, view, walking
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -61,6 +61,7 @@ COMMANDS = (
     walking.compare,
     walking.export,
     validating.validate,
+    importing.importing,
     view.view,
     reproducing.report,
     robots.robots,
@@ -68,7 +69,8 @@ COMMANDS = (
 )
 
 for command in COMMANDS:
-    app.command(cls=Command, epilog=EXIT_CODES)(reporting(command))
+    name = "import" if command is importing.importing else None  # which no function in Python can be called
+    app.command(name, cls=Command, epilog=EXIT_CODES)(reporting(command))
 
 
 def _version(wanted: bool) -> None:

@@ -20,6 +20,8 @@ def init(
     robot: Annotated[str, typer.Argument(help="Robot: a URDF file or a name of the catalogue.", show_default=False)],
     gait: Annotated[str | None, options.GAIT] = None,
     speed: Annotated[str | None, options.SPEED] = None,
+    lateral: Annotated[str | None, options.LATERAL] = None,
+    yaw_rate: Annotated[str | None, options.YAW_RATE] = None,
     feet: Annotated[str | None, options.FEET] = None,
     symmetrize: Annotated[bool | None, options.SYMMETRIZE] = None,
     out: Annotated[Path, typer.Option(help="Where to write the specification.")] = Path("spec.toml"),
@@ -32,7 +34,7 @@ def init(
     from amble.synthesis.specified import problem_of
     from amble.workflow.proposal import written
 
-    asked = options.specification(robot, feet, gait, speed, symmetrize, propose=True)
+    asked = options.specification(robot, feet, gait, speed, symmetrize, True, lateral, yaw_rate)
     problem = problem_of(asked)
     if feet is None and asked.robot.feet:
         listing = ", ".join(f"{label} = {frame}" for label, frame in asked.robot.feet.items())
@@ -65,6 +67,8 @@ def synthesize(
     feet: Annotated[str | None, options.FEET] = None,
     gait: Annotated[str | None, options.GAIT] = None,
     speed: Annotated[str | None, options.SPEED] = None,
+    lateral: Annotated[str | None, options.LATERAL] = None,
+    yaw_rate: Annotated[str | None, options.YAW_RATE] = None,
     symmetrize: Annotated[bool | None, options.SYMMETRIZE] = None,
 ) -> None:
     """Find the gait that a specification describes, or that of a robot by default."""
@@ -73,11 +77,11 @@ def synthesize(
     from amble.workflow.specified import GaitNotCheckedError, pose, solve
 
     if options.is_robot(spec):
-        posed = pose(options.specification(spec, feet, gait, speed, symmetrize, propose=False))
-    elif any(option is not None for option in (feet, gait, speed, symmetrize)):
+        posed = pose(options.specification(spec, feet, gait, speed, symmetrize, False, lateral, yaw_rate))
+    elif any(option is not None for option in (feet, gait, speed, symmetrize, lateral, yaw_rate)):
         raise InputError(
-            f"'{shown(spec)}' is a specification, which holds feet, gait and speed itself; --feet, --gait, --speed and "
-            "--symmetrize belong to a robot (URDF file or name of the catalogue)"
+            f"'{shown(spec)}' is a specification, which holds feet, gait and speed itself; --feet, --gait, --speed, "
+            "--lateral-speed, --yaw-rate and --symmetrize belong to a robot (URDF file or name of the catalogue)"
         )
     else:
         posed = pose(Path(spec))

@@ -27,6 +27,8 @@ FEET = typer.Option(
 )
 GAIT = typer.Option("--gait", help="Gait, by name.", show_default=False)
 SPEED = typer.Option("--speed", help="Mean forward velocity, m/s, or with a unit.", show_default=False)
+LATERAL = typer.Option("--lateral-speed", help="Mean velocity to the left, m/s, or with a unit.", show_default="0")
+YAW_RATE = typer.Option("--yaw-rate", help="Mean rate of the heading, rad/s, or with a unit.", show_default="0")
 SYMMETRIZE = typer.Option(
     "--symmetrize/--no-symmetrize",
     help="Average left and right inertias; where nothing is said, up to 5 % asymmetry and with a notice.",
@@ -49,7 +51,14 @@ def is_robot(argument: str) -> bool:
 
 
 def specification(
-    robot: str, feet: str | None, gait: str | None, speed: str | None, symmetrize: bool | None, propose: bool
+    robot: str,
+    feet: str | None,
+    gait: str | None,
+    speed: str | None,
+    symmetrize: bool | None,
+    propose: bool,
+    lateral: str | None = None,
+    yaw_rate: str | None = None,
 ) -> Specification:
     """Return the specification that the options make.
 
@@ -59,6 +68,8 @@ def specification(
         gait: name of the gait.
         speed: the text of ``--speed``.
         symmetrize: whether left and right inertias are averaged.
+        lateral: the text of ``--lateral-speed``.
+        yaw_rate: the text of ``--yaw-rate``.
         propose: take feet by position where none are named; else say which these would be.
 
     Raises:
@@ -85,7 +96,15 @@ def specification(
         lacking.append("--speed (m/s)")
     if gait is None or speed is None or lacking:
         raise InputError(f"robot '{shown(robot)}' needs also {'; '.join(lacking)}")
-    return described(robot, labelled, gait, _speed(speed), symmetrize)
+    return described(
+        robot,
+        labelled,
+        gait,
+        _speed(speed),
+        symmetrize,
+        lateral_speed=_speed(lateral or "0"),
+        yaw_rate=_speed(yaw_rate or "0"),
+    )
 
 
 def feet_of(text: str) -> dict[str, str]:

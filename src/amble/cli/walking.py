@@ -13,7 +13,7 @@ from amble.cli.console import progress
 from amble.cli.lines import show_simulated
 from amble.cli.output import result, show, wrote
 from amble.defaults import CYCLES, ENGINE, TOLERANCE
-from amble.errors import FallError
+from amble.errors import FallError, InputError
 
 
 class Controller(StrEnum):
@@ -121,13 +121,25 @@ def export(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
     control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the C files.")] = Path("controller"),
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder of the C files; or a motion: FILE.npz, FILE.csv, FILE.mat.")
+    ] = Path("controller"),
 ) -> None:
-    """Write the controller as C: no heap, one header, a step function, test vectors and a program to replay them."""
+    """Write the controller as C: no heap, one header, a step function, test vectors and a program to replay them.
+
+    A file name instead of a folder writes the motion, which `amble import` and other programs read.
+    """
     from amble.export import export_controller
     from amble.gait.files import load_gait
+    from amble.gait.motion_files import FORMATS, write_motion
 
-    walker = options.under(load_gait(gait), control)
+    walker = load_gait(gait)
+    if out.suffix.lower() in FORMATS:
+        if law is not None or control is not None:
+            raise InputError("a motion is that of the gait's own laws; --law and --control belong to the controller")
+        wrote(write_motion(walker, out))
+        return
+    walker = options.under(walker, control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     with progress("exporting"):
         exported = export_controller(walker, chosen, out)

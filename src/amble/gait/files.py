@@ -33,6 +33,8 @@ CONTENT = (
     "allocation_law",
     "landing_rule",
     "speed",
+    "lateral_speed",
+    "yaw_rate",
     "limits",
     "domains",
     "feedback",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from amble.control import AllocationLaw, Outputs
+from amble.gait.command import Command
 from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.gait.limits import Limits
 from amble.gait.validation import check_feedback, check_gait, check_trajectory
@@ -124,6 +125,8 @@ class Gait:
         outputs: controlled coordinates and Bezier order.
         law: the allocation law of the torques.
         speed: required mean forward velocity, m/s.
+        lateral_speed: required mean velocity to the left, m/s.
+        yaw_rate: required mean rate of the heading, rad/s.
         gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
         limits: the bounds the gait was asked to keep.
         domains: the motion in the solved domains.
@@ -148,6 +151,8 @@ class Gait:
     multipliers: LagrangeMultipliers | None = None
     cost: Cost = TORQUE_SQUARED
     control: ControlLaw | None = None
+    lateral_speed: float = 0.0
+    yaw_rate: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that the parts fit robot, pattern and each other, and the texts that the records inside do not."""
@@ -160,6 +165,11 @@ class Gait:
     def robot(self) -> Robot:
         """The robot that walks."""
         return self.pattern.robot
+
+    @property
+    def command(self) -> Command:
+        """The velocities that were asked for."""
+        return Command(forward=self.speed, lateral=self.lateral_speed, yaw_rate=self.yaw_rate)
 
     @property
     def period(self) -> float:

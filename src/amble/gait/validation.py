@@ -68,7 +68,14 @@ def check_gait(gait: Gait) -> None:
         UnknownNameError: an output that the robot does not have.
         InputError: anything else that does not fit, in one sentence.
     """
-    for what, value in (("speed", gait.speed), ("position gain", gait.gains[0]), ("velocity gain", gait.gains[1])):
+    numbers = {
+        "speed": gait.speed,
+        "lateral speed": gait.lateral_speed,
+        "yaw rate": gait.yaw_rate,
+        "position gain": gait.gains[0],
+        "velocity gain": gait.gains[1],
+    }
+    for what, value in numbers.items():
         if not np.isfinite(value):
             raise InputError(f"the {what} of the gait is {value}, not a finite number")
         if abs(value) > LARGEST_NUMBER:

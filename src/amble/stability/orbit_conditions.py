@@ -53,7 +53,7 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
     return (
         *_entry_rows(gait, state),
         *_duration_rows(gait, trace),
-        _speed_row(gait, trace),
+        *_speed_rows(gait, trace),
         *_ground_rows(gait, trace, margin),
         *_lift_off_rows(gait, trace),
         *_rising_rows(gait, system, trace),
@@ -98,10 +98,20 @@ def _duration_rows(gait: Gait, trace: Trace) -> list[Residual]:
     return rows
 
 
-def _speed_row(gait: Gait, trace: Trace) -> Residual:
-    margin = RECORD * velocity_unit(gait.robot)
-    walked = float(trace.section[-1, 0] - trace.section[0, 0]) / float(trace.time[-1] - trace.time[0])
-    return Residual("speed walked against the speed claimed", gait.speed - margin, walked, gait.speed + margin)
+def _speed_rows(gait: Gait, trace: Trace) -> list[Residual]:
+    """The mean velocity along x; where the gait does not go straight ahead, that along y and the turn too."""
+    margin, took = RECORD * velocity_unit(gait.robot), float(trace.time[-1] - trace.time[0])
+    *way, turn = gait.command.way(took)
+    walked = (trace.section[-1, :2] - trace.section[0, :2]) / took
+    what = ("speed walked against the speed claimed", "speed walked sideways against the speed claimed")
+    rows = [
+        Residual(name, claim / took - margin, float(value), claim / took + margin)
+        for name, claim, value in zip(what, way, walked, strict=True)
+    ]
+    if gait.command.ahead:
+        return rows[:1]
+    turned_by = float(trace.section[-1, 5] - trace.section[0, 5])
+    return [*rows, Residual("turn of a cycle against that claimed", turn - RECORD, turned_by, turn + RECORD)]
 
 
 def _ground_rows(gait: Gait, trace: Trace, margin: float) -> list[Residual]:

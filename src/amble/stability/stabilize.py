@@ -125,7 +125,7 @@ def stabilization(
         progress: called with every accepted step, and between them.
 
     Raises:
-        InputError: feet land one by one, or the control law has no gains that could be chosen.
+        InputError: feet land one by one, the gait turns, or the control law has no gains that could be chosen.
         UnknownNameError: a free coordinate or the method does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
@@ -138,6 +138,8 @@ def stabilization(
             f"weights are found under the landing rule '{SIMULTANEOUS}'; this gait's feet land "
             f"{gait.pattern.landing_rule}: stabilise it under that rule, then certify it under its own"
         )
+    if not gait.command.straight:
+        raise InputError("weights on roll, pitch and yaw see world axes, against which a gait with a yaw rate turns")
     notify = progress or silent
     notify(ProgressReport(what="orbit of the closed loop"))
     own = gait.control is None or isinstance(gait.control, InputOutputLinearisation)

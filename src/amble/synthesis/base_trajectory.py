@@ -66,15 +66,23 @@ class _Places:
     force: Index
 
 
-def base_trajectory(pattern: GaitPattern, walks: Sequence[LevelWalk]) -> tuple[list[NodeValues], list[NodeValues]]:
-    """Return for every domain the motion of the base to add, (n, 6), and the contact forces, (n, n_f), N."""
+def base_trajectory(
+    pattern: GaitPattern, walks: Sequence[LevelWalk], turn: float = 0.0
+) -> tuple[list[NodeValues], list[NodeValues]]:
+    """Return for every domain the motion of the base to add, (n, 6), and the contact forces, (n, n_f), N.
+
+    Args:
+        pattern: the gait pattern.
+        walks: its solved domains.
+        turn: of the heading from the first entry to the last end, rad.
+    """
     from scipy.sparse import bmat, diags, identity
     from scipy.sparse.linalg import spsolve
 
     places, weights, wanted = _unknowns(walks)
     rows = [_dynamics(walk, at) for walk, at in zip(walks, places, strict=True)]
     rows += [_collocation(walk, at) for walk, at in zip(walks, places, strict=True)]
-    rows.append(_continuity(pattern, places))
+    rows.append(_continuity(pattern, places, turn))
     matrix, right = _stacked(rows, wanted.size)
     hessian = diags(weights)
     system = bmat([[hessian, matrix.T], [matrix, -1e-9 * identity(right.size)]]).tocsc()
@@ -162,8 +170,8 @@ def _collocation(walk: LevelWalk, at: _Places) -> Rows:
     return stacked, np.vstack(terms), np.zeros(stacked.shape[0])
 
 
-def _continuity(pattern: GaitPattern, places: Sequence[_Places]) -> Rows:
-    """The base trajectory goes on from domain to domain, and returns, mirrored where the gait is."""
+def _continuity(pattern: GaitPattern, places: Sequence[_Places], turn: float) -> Rows:
+    """The base trajectory goes on from domain to domain, and returns, mirrored where the gait is, turned with it."""
     signs = pattern.robot.mirror.coordinates.sign[:BASE] if pattern.mirrored else np.ones(BASE)
     links = [(before, after, np.ones(BASE)) for before, after in pairwise(places)] + [(places[-1], places[0], signs)]
     coefficients = [np.column_stack([np.ones(BASE), -sign]) for _, _, sign in links for _ in range(2)]
@@ -172,6 +180,16 @@ def _continuity(pattern: GaitPattern, places: Sequence[_Places]) -> Rows:
         for before, after, _ in links
         for end, start in ((before.s[-1], after.s[0]), (before.ds[-1], after.ds[0]))
     ]
+    if turn:  # end = c start - s across along the first axis of positions and of angles, s start + c across along y
+        last, first = places[-1], places[0]
+        across = np.array([1, 0, 2, 4, 3, 5])
+        cosine = np.where(np.isin(np.arange(BASE), (2, 5)), 1.0, np.cos(turn))
+        sine = np.array([-1.0, 1.0, 0.0, -1.0, 1.0, 0.0]) * np.sin(turn)
+        turned = np.column_stack([np.ones(BASE), -cosine, -sine])
+        ends = ((last.s[-1], first.s[0]), (last.ds[-1], first.ds[0]))
+        coefficients = [np.column_stack([block, np.zeros(BASE)]) for block in coefficients[:-2]] + [turned, turned]
+        terms = [np.column_stack([block, block[:, 0]]) for block in terms[:-2]]
+        terms += [np.column_stack([end, start, start[across]]) for end, start in ends]
     return np.vstack(coefficients), np.vstack(terms), np.zeros(2 * BASE * len(links))
 
 

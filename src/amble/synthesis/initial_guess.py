@@ -8,10 +8,12 @@ and rates that fit together. From a standing robot the solver needs far more ite
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from amble.gait.command import Command
 from amble.hybrid import Contacts, GaitPattern
 from amble.numerics.bezier import evaluate, fit
 from amble.robot import Robot, dynamics, kinematics
@@ -33,12 +35,37 @@ DAMPING = 1e-3
 KINEMATIC_STEPS = 8
 
 
+@dataclass(frozen=True)
+class Walk:
+    """How the base goes, evenly, and how high the feet swing, m."""
+
+    command: Command
+    height: float
+
+    def carried(self, point: Vector, times: Vector) -> Matrix:
+        """Return where a point of the base is over the ground, (times, 2), m; at time 0 it is where it is given."""
+        x, y, angle = self._way(times)
+        cosine, sine = np.cos(angle), np.sin(angle)
+        return np.column_stack([x + cosine * point[0] - sine * point[1], y + sine * point[0] + cosine * point[1]])
+
+    def headings(self, times: Vector) -> Vector:
+        """Return the heading, (times,), rad."""
+        return self._way(times)[2]
+
+    def _way(self, times: Vector) -> tuple[Vector, Vector, Vector]:
+        if self.command.straight:
+            return self.command.way(times)
+        moved = [self.command.way(time) if time != 0.0 else (0.0, 0.0, 0.0) for time in times]
+        x, y, angle = np.array(moved).T
+        return x, y, angle
+
+
 def foot_path(
     pattern: GaitPattern,
     durations: Mapping[str, float],
     foot: str,
     home: Vector,
-    walk: tuple[float, float],
+    walk: Walk,
     times: Vector,
 ) -> Matrix:
     """Return the positions of a foot while the base advances evenly, (times, 3), m.
@@ -51,15 +78,15 @@ def foot_path(
         durations: solved domain -> duration, s.
         foot: the foot.
         home: where the foot stands at time 0 in the robot's posture, (3,), m.
-        walk: speed of the base, m/s, and height of the parabola, m.
+        walk: how the base goes, and height of the parabola.
         times: s, from the entry of the first domain.
     """
-    speed, height = walk
+    height = walk.height
     path = np.tile(home, (times.size, 1))
     spans = stance_span(pattern, durations, foot)
     if spans is None:
         # A foot that never lands hangs in the air; one that never lifts can only drag along.
-        path[:, 0] += speed * times
+        path[:, :2] = walk.carried(home, times)
         lift = 0.0 if foot in pattern.stances[0].feet else height
         path[:, 2] = pattern.ground.height(path[:, 0], path[:, 1]) + lift
         return path
@@ -67,7 +94,12 @@ def foot_path(
     laps, phase = np.divmod(times - landing + 1e-9 * cycle, cycle)
     progress = np.clip((phase - stance) / (cycle - stance), 0.0, 1.0)
     foothold = landing + 0.5 * stance + laps * cycle
-    path[:, 0] += speed * (foothold + cycle * progress**2 * (3.0 - 2.0 * progress))
+    share = progress**2 * (3.0 - 2.0 * progress)
+    if walk.command.straight:
+        path[:, :2] = walk.carried(home, foothold + cycle * share)
+    else:
+        here, there = walk.carried(home, foothold), walk.carried(home, foothold + cycle)
+        path[:, :2] = here + share[:, None] * (there - here)
     path[:, 2] = pattern.ground.height(path[:, 0], path[:, 1]) + height * 4.0 * progress * (1.0 - progress)
     return path
 
@@ -98,7 +130,8 @@ def initial_guess(problem: GaitProblem, layout: Layout) -> Vector:
         T = durations[domain.stance.name]
         _, q, v, a = _smooth(problem, domain, T, inverse_kinematics(robot, base, pose[BASE:], path))
         walks.append(LevelWalk(problem.pattern.contacts(domain.stance), T, q, v, a))
-    shifts, forces = base_trajectory(problem.pattern, walks)
+    turn = float(problem.command.way(sum(walk.duration for walk in walks))[2])
+    shifts, forces = base_trajectory(problem.pattern, walks, turn)
     for domain, walk, base, path, shift, force in zip(layout.domains, walks, bases, paths, shifts, forces, strict=True):
         motion = inverse_kinematics(robot, base + shift, pose[BASE:], path)
         _fill(problem, domain, guess, walk.duration, motion, force)
@@ -111,13 +144,14 @@ def _level(
 ) -> tuple[list[NodeValues], list[NodeValues]]:
     """Base coordinates that advance evenly and the paths of the feet, domain by domain."""
     pattern, began = problem.pattern, 0.0
-    walk = (problem.speed, SWING_FACTOR * problem.limits.clearance)
+    walk = Walk(problem.command, SWING_FACTOR * problem.limits.clearance)
     bases, paths = [], []
     for domain in layout.domains:
         T = durations[domain.stance.name]
         times = began + T * domain.phases
         base = np.tile(pose[:BASE], (times.size, 1))
-        base[:, 0] += problem.speed * times
+        base[:, :2] = walk.carried(pose[:2], times)
+        base[:, 5] += walk.headings(times)
         base[:, 2] += pattern.ground.height(base[:, 0], base[:, 1])
         feet = zip(pattern.robot.foot_names, homes, strict=True)
         bases.append(base)

@@ -176,6 +176,8 @@ def variable_bounds(problem: GaitProblem, layout: Layout) -> Bounds:
             # Ground that is the same everywhere along an axis leaves the place open; a mirror fixes the lateral one.
             along = problem.pattern.ground.translations
             pinned = [0] if problem.pattern.mirrored or "y" not in along else [0, 1]
+            if problem.command.in_place and not problem.pattern.mirrored and problem.pattern.ground.level:
+                pinned.append(problem.pattern.robot.coordinate_index("yaw"))  # no way tells the heading
             lower[domain.q[0][pinned]] = upper[domain.q[0][pinned]] = 0.0
     durations = [problem.limits.durations[domain.stance.name] for domain in layout.domains]
     lower[layout.period], upper[layout.period] = sum(d[0] for d in durations), sum(d[1] for d in durations)

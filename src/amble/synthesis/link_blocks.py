@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from amble.gait.command import Command
 from amble.hybrid import Switch, impact
 from amble.hybrid.contact import AXES
 from amble.hybrid.ground import into_frame
@@ -16,6 +17,7 @@ from amble.numerics.runge_kutta import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
 from amble.robot.natural_units import velocity_unit
 from amble.robot.parts import RATE
+from amble.robot.turn import turn_error, turned_velocity
 from amble.synthesis.assembly import Block, Label
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
@@ -115,7 +117,8 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
 class _SwitchSymbols:
     """Variables of the rows of a switch: coordinates and rates before it, after it, and what joins them.
 
-    The state after the switch is that of the next domain's first node, mirrored where half a cycle is solved.
+    The state after the switch is that of the next domain's first node, mirrored where half a cycle is solved, turned
+    where the gait turns. The way is where the cycle closes: along x and y, m, and the turn, rad.
     """
 
     q_minus: ca.SX
@@ -126,22 +129,28 @@ class _SwitchSymbols:
     v_next: ca.SX
     impulse: ca.SX
     period: ca.SX
+    way: tuple[ca.SX, ca.SX, ca.SX] | None
 
     @classmethod
-    def of(cls, problem: GaitProblem, impulses: int, last: bool) -> _SwitchSymbols:
+    def of(cls, problem: GaitProblem, parameters: ProgramParameters, impulses: int, last: bool) -> _SwitchSymbols:
         """Create the symbols; those after the switch are mirrored where it is the last of half a cycle."""
         robot = problem.pattern.robot
         qm, vm, qp, vp = (ca.SX.sym(name, robot.size) for name in ("q_minus", "v_minus", "q_plus", "v_plus"))
-        mirrored = last and problem.pattern.mirrored
+        mirrored, period = last and problem.pattern.mirrored, ca.SX.sym("period")
+        way = _command(problem, parameters).way(period) if last else None
+        v_next = robot.mirror.position(vp) if mirrored else vp
+        if way is not None and not problem.command.straight:
+            v_next = turned_velocity(qp, vp, qm, way[2])
         return cls(
             q_minus=qm,
             v_minus=vm,
             q_plus=qp,
             v_plus=vp,
             q_next=robot.mirror.position(qp) if mirrored else qp,
-            v_next=robot.mirror.position(vp) if mirrored else vp,
+            v_next=v_next,
             impulse=ca.SX.sym("impulse", impulses),
-            period=ca.SX.sym("period"),
+            period=period,
+            way=way,
         )
 
 
@@ -152,8 +161,9 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     last = number == len(layout.domains) - 1
     following = layout.domains[0 if last else number + 1]
     switch = domain.switch
-    symbols, parameters = _SwitchSymbols.of(problem, domain.impulse.size, last), ProgramParameters.symbols()
-    groups = [_continuity_rows(problem, symbols, parameters.speed * symbols.period if last else ca.SX(0.0))]
+    parameters = ProgramParameters.symbols()
+    symbols = _SwitchSymbols.of(problem, parameters, domain.impulse.size, last)
+    groups = [_continuity_rows(problem, symbols)]
     if switch.landing:
         groups += [_impact_rows(problem, switch, symbols), _touchdown_rows(problem, switch, symbols)]
         groups.append(landing_rows(problem, switch, symbols.q_minus, symbols.v_minus))
@@ -166,8 +176,10 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     if switch.leaving:
         a_plus = ca.SX.sym("a_plus", pattern.robot.size)
         columns.append(following.a[0])
+        turning = last and not problem.command.straight  # what a foot does along the vertical is the same after a turn
+        at = (symbols.q_plus, symbols.v_plus) if turning else (symbols.q_minus, symbols.v_minus)
         a_next = pattern.robot.mirror.position(a_plus) if last and pattern.mirrored else a_plus
-        rising, names = lift_off_rows(problem, switch, symbols.q_minus, symbols.v_minus, a_next)
+        rising, names = lift_off_rows(problem, switch, *at, a_next)
         endless = [np.inf] * len(rising)
         groups.append(RowGroup(rows=rising, labels=names, lower=[RISE] * len(rising), upper=endless))
     if switch.leaving and not pattern.ground.level:
@@ -192,12 +204,18 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     )
 
 
-def _continuity_rows(problem: GaitProblem, symbols: _SwitchSymbols, distance: ca.SX) -> RowGroup:
-    """The place stays the same, but for the distance walked where the cycle closes."""
+def _continuity_rows(problem: GaitProblem, symbols: _SwitchSymbols) -> RowGroup:
+    """The place stays the same, but for the way walked and the turn where the cycle closes."""
     robot, ground = problem.pattern.robot, problem.pattern.ground
-    advance = ca.vertcat(*[part * distance for part in ground.translations["x"]], ca.SX.zeros(robot.size - 3))
+    rows = symbols.q_next - symbols.q_minus
+    if symbols.way is not None:
+        for part, axis in zip(symbols.way[:2], "xy", strict=True):
+            if axis in ground.translations:
+                rows[:3] += ca.vertcat(*[share * part for share in ground.translations[axis]])
+        if not problem.command.straight:
+            rows[3:6] = turn_error(symbols.q_plus, symbols.q_minus, symbols.way[2])
     labels = RowKind.CONTINUITY.labels(*(f"continuity {name}" for name in robot.coordinate_names))
-    return RowGroup.equalities([symbols.q_next + advance - symbols.q_minus], labels)
+    return RowGroup.equalities([rows], labels)
 
 
 def _impact_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbols) -> RowGroup:
@@ -233,6 +251,16 @@ def _lift_off_rows(problem: GaitProblem, switch: Switch, q: ca.SX, force: ca.SX)
     labels = RowKind.LIFT_OFF.labels(*(f"lift-off force {foot} (10 N)" for foot in switch.leaving))
     least = [problem.limits.normal_force / FORCE_UNIT] * len(switch.leaving)
     return RowGroup(rows=rows, labels=labels, lower=least, upper=least)
+
+
+def _command(problem: GaitProblem, parameters: ProgramParameters) -> Command:
+    """The velocities as symbols; what is zero by structure stays a number."""
+    asked = problem.command
+    return Command(
+        forward=parameters.speed,
+        lateral=0.0 if problem.pattern.mirrored else parameters.lateral_speed,
+        yaw_rate=0.0 if asked.straight else parameters.yaw_rate,
+    )
 
 
 def phase_block(problem: GaitProblem, domain: DomainLayout) -> Block:

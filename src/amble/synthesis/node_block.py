@@ -34,24 +34,26 @@ SLOWEST = 0.05
 
 @dataclass(frozen=True)
 class ProgramParameters:
-    """Symbols of the numbers that may change without compiling again: speed, friction."""
+    """Symbols of the numbers that may change without compiling again: the velocities asked for, friction."""
 
     speed: ca.SX
+    lateral_speed: ca.SX
+    yaw_rate: ca.SX
     friction: ca.SX
 
     @classmethod
     def symbols(cls) -> ProgramParameters:
         """Create the symbols."""
-        return cls(ca.SX.sym("speed"), ca.SX.sym("friction"))
+        return cls(*(ca.SX.sym(name) for name in ("speed", "lateral_speed", "yaw_rate", "friction")))
 
     def packed(self) -> ca.SX:
         """One column."""
-        return ca.vertcat(self.speed, self.friction)
+        return ca.vertcat(self.speed, self.lateral_speed, self.yaw_rate, self.friction)
 
 
 def parameter_values(problem: GaitProblem) -> np.ndarray:
     """Return the values in the order of ``ProgramParameters.packed``."""
-    return np.array([problem.speed, problem.pattern.ground.friction])
+    return np.array([problem.speed, problem.lateral_speed, problem.yaw_rate, problem.pattern.ground.friction])
 
 
 def output_indices(problem: GaitProblem, domain: DomainLayout) -> list[int]:

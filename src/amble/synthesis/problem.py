@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import isfinite, sqrt
 
 from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
 from amble.errors import InputError, UnknownNameError, printable
 from amble.gait import Limits
+from amble.gait.command import Command
 from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.gait.limits import SLOWEST_LANDING, Interval, highest_landing
 from amble.hybrid import FLAT, POINT, GaitPattern, Ground
@@ -33,7 +34,10 @@ class GaitProblem:
         pattern: the cyclic table of stances.
         outputs: controlled coordinates and Bezier order.
         law: the allocation law, obeyed at every node.
-        speed: required mean velocity along the world's x axis, m/s; on a slope the robot also climbs.
+        speed: required mean velocity along the world's x axis, m/s, negative backwards; on a slope the robot
+            also climbs.
+        lateral_speed: required mean velocity to the left, m/s; along y where the heading stays.
+        yaw_rate: required mean rate of the heading about the vertical, rad/s. The velocities turn with it.
         limits: bounds of the motion and the contacts.
         posture: where the solver starts: base height and joint angles.
         intervals: Hermite-Simpson intervals in every domain.
@@ -53,11 +57,17 @@ class GaitProblem:
     node_margins: bool = False
     gains: tuple[float, float] = (100.0, 20.0)
     cost: Cost = TORQUE_SQUARED
+    lateral_speed: float = 0.0
+    yaw_rate: float = 0.0
+
+    @property
+    def command(self) -> Command:
+        """The velocities that are asked for."""
+        return Command(forward=self.speed, lateral=self.lateral_speed, yaw_rate=self.yaw_rate)
 
     def __post_init__(self) -> None:
         """Check numbers and names."""
-        if not -100.0 < self.speed < 100.0:
-            raise InputError(f"the speed is {self.speed} m/s; it must be a number of reasonable size")
+        _possible(self.command, self.pattern)
         if self.intervals < 2:
             raise InputError(f"{self.intervals} intervals a domain are too few; at least 2 are needed")
         if not all(gain > 0.0 for gain in self.gains):
@@ -79,6 +89,19 @@ class GaitProblem:
                 f"foot '{leaving[0]}' leaves the ground by its force, so the smallest normal force must be above 0: "
                 "at 0 no friction is left to hold it"
             )
+
+
+def _possible(command: Command, pattern: GaitPattern) -> None:
+    """Refuse commands that the pattern or its ground cannot have."""
+    if pattern.mirrored and not command.ahead:
+        raise InputError(
+            f"gait '{pattern.name}' is mirrored, so it goes straight ahead: a lateral speed or a yaw rate needs a "
+            "pattern without the mirror (mirrored = false)"
+        )
+    if not command.straight and not pattern.ground.level:
+        raise InputError("a gait with a yaw rate needs level ground: on other ground a turn changes the motion")
+    if command.lateral != 0.0 and "y" not in pattern.ground.translations:
+        raise InputError("a gait with a lateral speed needs ground that stays the same along y")
 
 
 def _comes_down(limits: Limits, robot: Robot) -> None:
@@ -142,6 +165,8 @@ def gait_problem(
     posture: Posture | None = None,
     intervals: int = 15,
     cost: Cost = TORQUE_SQUARED,
+    lateral_speed: float = 0.0,
+    yaw_rate: float = 0.0,
 ) -> GaitProblem:
     """Pose the gait problem of a robot.
 
@@ -156,6 +181,8 @@ def gait_problem(
         posture: where the solver starts; by default that of the catalogue, else ``standing_posture``.
         intervals: collocation intervals in every domain.
         cost: what is minimised; by default the squared torques.
+        lateral_speed: mean velocity to the left, m/s.
+        yaw_rate: mean rate of the heading, rad/s. With one of both a gait given by name is taken without its mirror.
 
     Raises:
         UnknownNameError: there is no gait of that name, or it names feet that the robot does not have.
@@ -163,21 +190,25 @@ def gait_problem(
             (see ``amble.symmetrized``; up to 5 % are averaged with a notice), or no posture is known by default.
     """
     pattern = _pattern(robot, gait, ground)
+    if not isinstance(gait, GaitPattern) and (lateral_speed or yaw_rate):
+        pattern = replace(pattern, mirrored=False)
     stands = posture or nominal_posture(pattern.robot)
     return GaitProblem(
         pattern=pattern,
         outputs=joint_outputs(pattern, posture=stands) if outputs is None else outputs,
         law=law or PseudoInverse(),
         speed=speed,
-        limits=default_limits(pattern, stands) if limits is None else limits,
+        limits=default_limits(pattern, stands, yaw_rate) if limits is None else limits,
         posture=stands,
         intervals=intervals,
         cost=cost,
+        lateral_speed=lateral_speed,
+        yaw_rate=yaw_rate,
         node_margins=not catalogue.holds(pattern.robot),
     )
 
 
-def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limits:
+def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rate: float = 0.0) -> Limits:
     """Return limits that fit a robot, to change by ``dataclasses.replace``.
 
     For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
@@ -189,6 +220,7 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limi
     Args:
         pattern: the gait pattern, with the robot.
         posture: how the robot stands; by default as in ``gait_problem``.
+        yaw_rate: mean rate of the heading, rad/s; the range of yaw grows by the largest turn of a cycle.
     """
     robot = pattern.robot
     if catalogue.holds(robot):
@@ -202,7 +234,7 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limi
         speeds = {joint.name: joint.velocity for joint in robot.joints if isfinite(joint.velocity)}
     return Limits(
         durations={stance.name: bounds.duration for stance in pattern.solved},
-        positions=bounds.positions,
+        positions=_turning(bounds.positions, yaw_rate * bounds.duration[1] * len(pattern.solved)),
         speeds=speeds,
         torques=torques,
         acceleration=bounds.acceleration,
@@ -210,6 +242,14 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None) -> Limi
         normal_force=normal_force,
         clearance=clearance,
     )
+
+
+def _turning(positions: Mapping[str, Interval], turn: float) -> Mapping[str, Interval]:
+    """Widen the range of yaw by a turn."""
+    if not turn or "yaw" not in positions:
+        return positions
+    low, high = positions["yaw"]
+    return {**positions, "yaw": (low + min(turn, 0.0), high + max(turn, 0.0))}
 
 
 def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> GaitPattern:

@@ -28,6 +28,8 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
         outputs=problem.outputs,
         law=problem.law,
         speed=problem.speed,
+        lateral_speed=problem.lateral_speed,
+        yaw_rate=problem.yaw_rate,
         gains=problem.gains,
         limits=problem.limits,
         domains=tuple(_trajectory(problem, domain, natural) for domain in layout.domains),

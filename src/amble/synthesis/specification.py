@@ -110,7 +110,7 @@ class FootfallSection(Section):
 
 
 class GaitSection(Section):
-    """A known gait by ``name``, or a table of ``stances``, or ``footfalls``; mean velocity; how several feet land.
+    """A known gait by ``name``, or a table of ``stances``, or ``footfalls``; mean velocities; how several feet land.
 
     Every foot of ``footfalls`` has the phase at which it lands and its duty factor; ``mirrored`` belongs to a table or
     to footfalls.
@@ -122,6 +122,8 @@ class GaitSection(Section):
     footfalls: dict[str, FootfallSection] | None = None
     mirrored: bool = False
     landing_rule: str = SIMULTANEOUS
+    lateral_speed: Speed = 0.0
+    yaw_rate: AngularSpeed = 0.0
 
 
 class PhaseSection(Section):

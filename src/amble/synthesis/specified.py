@@ -55,14 +55,16 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         robot, lambda walker: _pattern(specification.gait, walker, ground, contact), specification.robot.symmetrize
     )
     posture = _posture(specification.posture, pattern.robot)
-    outputs, margins = specification.outputs, specification.limits.node_margins
+    outputs, margins, asked = specification.outputs, specification.limits.node_margins, specification.gait
     phase = PHASES.build(outputs.phase.name, outputs.phase.parameters)
     return GaitProblem(
         pattern=pattern,
         outputs=joint_outputs(pattern, outputs.order, outputs.free, phase, posture),
         law=law_for(pattern, specification.law.name, specification.law.parameters),
         speed=specification.gait.speed,
-        limits=_limits(specification.limits, default_limits(pattern, posture), pattern.robot),
+        limits=_limits(specification.limits, default_limits(pattern, posture, asked.yaw_rate), pattern.robot),
+        lateral_speed=asked.lateral_speed,
+        yaw_rate=asked.yaw_rate,
         posture=posture,
         intervals=specification.solver.intervals,
         node_margins=not catalogue.holds(pattern.robot) if margins is None else margins,
@@ -146,7 +148,8 @@ def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contac
         )
     if "mirrored" in section.model_fields_set:
         raise InputError("[gait] with a name takes no 'mirrored'; the gait knows that itself")
-    return replace(GAITS[str(section.name)](robot, ground, contact), landing_rule=section.landing_rule)
+    named = replace(GAITS[str(section.name)](robot, ground, contact), landing_rule=section.landing_rule)
+    return replace(named, mirrored=False) if section.lateral_speed or section.yaw_rate else named
 
 
 def _limits(section: LimitsSection, default: Limits, robot: Robot) -> Limits:

@@ -12,6 +12,7 @@ from amble.gait.record import Gait
 from amble.hybrid.contact import AXES
 from amble.hybrid.landing import steps
 from amble.residual import Residual
+from amble.robot.turn import turned
 from amble.types import Matrix, Vector
 from amble.verification.domain_rows import SampledDomain
 from amble.verification.residuals import limit, of_contacts, residuals, size_of, sizes
@@ -24,6 +25,9 @@ def switch_residuals(gait: Gait, domain: SampledDomain, following: SampledDomain
     """Return the rows of one switch; behind the last solved domain follows the (mirrored) first one."""
     last = domain.name == gait.pattern.solved[-1].name
     q, v = following.positions[0], following.velocities[0]
+    if last and not gait.command.straight:
+        angle = gait.command.way(sum(part.duration for part in gait.domains))[2]
+        v = turned(q[None], v[None], angle)[1][0]
     if last and gait.pattern.mirrored:
         q, v = gait.robot.mirror.position(q), gait.robot.mirror.position(v)
     found = [*_guard(domain, tolerance), *_lift_off(gait, domain, following, last), *_reset(domain, v, tolerance)]
@@ -147,13 +151,22 @@ def _continuity(domain: SampledDomain, after: Vector, tolerance: float) -> list[
 
 def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) -> list[Residual]:
     """The solved domains end where they began, further along the ground: over x by speed times duration."""
-    duration = sum(part.duration for part in gait.domains)
+    duration, least = sum(part.duration for part in gait.domains), sizes(gait.robot)
+    rows = [f"{domain.switch.name} periodicity {name}" for name in gait.robot.coordinate_names[1:]]
+    if not gait.command.ahead:
+        x, y, angle = gait.command.way(duration)
+        away = start[None] - np.array([*start[:3], *np.zeros(start.size - 3)])
+        expected = turned(away, np.zeros_like(away), angle)[0][0]
+        expected[:3] = start[:3]
+        for axis, way in zip("xy", (x, y), strict=True):
+            expected[:3] += way * gait.pattern.ground.translations[axis]
+        missed = domain.positions[-1] - expected
+        names = [f"{domain.switch.name} periodicity x", *rows]
+        return residuals("periodicity", names, missed[None], NO_TIME, tolerance, least.positions)
     advance = domain.positions[-1] - start
     distance = advance[0]
     advance[:3] -= distance * gait.pattern.ground.translations["x"]
-    rows = [f"{domain.switch.name} periodicity {name}" for name in gait.robot.coordinate_names[1:]]
     speed = np.array([distance / duration - gait.speed])
-    least = sizes(gait.robot)
     return [
         *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance, least.positions[1:]),
         *residuals("periodicity", ["mean speed less the speed asked for"], speed, NO_TIME, tolerance, least.velocity),

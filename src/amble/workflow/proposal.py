@@ -21,7 +21,14 @@ BASE = ("z", "roll", "pitch", "yaw")
 
 
 def described(
-    robot: str, feet: Mapping[str, str], gait: str, speed: float | str, symmetrize: bool | None = None
+    robot: str,
+    feet: Mapping[str, str],
+    gait: str,
+    speed: float | str,
+    symmetrize: bool | None = None,
+    *,
+    lateral_speed: float | str = 0.0,
+    yaw_rate: float | str = 0.0,
 ) -> Specification:
     """Return the specification of a robot's gait in which everything else has its default.
 
@@ -31,6 +38,8 @@ def described(
         gait: name of the gait.
         speed: m/s, or text with a unit.
         symmetrize: as in ``[robot]``.
+        lateral_speed: to the left, m/s, or text with a unit.
+        yaw_rate: rad/s, or text with a unit.
 
     Raises:
         InputError: a value cannot be used.
@@ -44,7 +53,8 @@ def described(
         }
     if symmetrize is not None:
         section["symmetrize"] = symmetrize
-    return specification_of({"robot": section, "gait": {"name": gait, "speed": speed}}, Path(robot).name)
+    asked = {"name": gait, "speed": speed, "lateral_speed": lateral_speed, "yaw_rate": yaw_rate}
+    return specification_of({"robot": section, "gait": asked}, Path(robot).name)
 
 
 def written(specification: Specification, problem: GaitProblem, folder: str | Path = ".") -> str:
@@ -68,7 +78,9 @@ def written(specification: Specification, problem: GaitProblem, folder: str | Pa
         "",
         "[gait]",
         f"name = {_text(str(gait.name))}",
-        f"speed = {problem.speed!r}  # mean forward velocity, m/s",
+        f"speed = {problem.speed!r}  # mean forward velocity, m/s; negative backwards",
+        f"lateral_speed = {problem.lateral_speed!r}  # to the left, m/s",
+        f"yaw_rate = {problem.yaw_rate!r}  # of the heading, rad/s",
         "",
         "[ground]",
         f"friction = {friction!r}",
