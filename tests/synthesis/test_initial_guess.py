@@ -6,9 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from amble.gait.command import Command
 from amble.robot import dynamics, kinematics
 from amble.synthesis import GaitProblem
 from amble.synthesis.initial_guess import (
+    Walk,
     foot_path,
     grounded_posture,
     initial_guess,
@@ -22,6 +24,8 @@ from amble.types import Vector
 DURATIONS = {"D1": 0.2, "D2": 0.1}
 CYCLE = 2.0 * (0.2 + 0.1)
 
+WALK = Walk(Command(forward=0.5), 0.03)
+
 
 @pytest.mark.parametrize("foot", ["fl", "fr", "rl", "rr"])
 def test_a_foot_rests_in_stance_and_clears_the_ground_in_swing(small_problem: GaitProblem, foot: str) -> None:
@@ -31,14 +35,14 @@ def test_a_foot_rests_in_stance_and_clears_the_ground_in_swing(small_problem: Ga
     landing, stance, cycle = span
     assert cycle == pytest.approx(CYCLE)
     times = landing + np.linspace(0.0, cycle, 601)[:-1]
-    path = foot_path(pattern, DURATIONS, foot, home, (0.5, 0.03), times)
+    path = foot_path(pattern, DURATIONS, foot, home, WALK, times)
     resting = times < landing + stance - 1e-6
     np.testing.assert_allclose(path[resting], path[0] * np.ones((resting.sum(), 1)), atol=1e-12)
     assert np.all(path[~resting][1:, 2] > 0.0)
     assert path[:, 2].max() == pytest.approx(0.03, rel=1e-3)  # a sample near the top of the parabola
     # under its hip in the middle of the stance, and one stride further a cycle later
     assert path[0, 0] == pytest.approx(home[0] + 0.5 * (landing + 0.5 * stance))
-    later = foot_path(pattern, DURATIONS, foot, home, (0.5, 0.03), times + cycle)
+    later = foot_path(pattern, DURATIONS, foot, home, WALK, times + cycle)
     np.testing.assert_allclose(later[:, 0] - path[:, 0], 0.5 * cycle, atol=1e-9)
 
 
