@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from amble.cli.lines import tell_synthesized
+from amble.cli.lines import show_synthesized
 from amble.cli.output import wrote
 
 
@@ -40,5 +40,5 @@ def importing(
     else:
         names = None if coordinates is None else [name.strip() for name in coordinates.split(",")]
         found = imported_gait(pose(spec).problem, recorded, names)
-    tell_synthesized(found)
+    show_synthesized(found)
     wrote(save_gait(found, out))

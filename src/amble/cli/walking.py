@@ -131,7 +131,8 @@ def export(
     """
     from amble.export import export_controller
     from amble.gait.files import load_gait
-    from amble.gait.motion_files import FORMATS, write_motion
+    from amble.gait.motion_files import write_motion
+    from amble.gait.motion_formats import FORMATS
 
     walker = load_gait(gait)
     if out.suffix.lower() in FORMATS:

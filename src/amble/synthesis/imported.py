@@ -18,7 +18,8 @@ from amble.gait import Gait
 from amble.gait.recorded import RecordedDomain, RecordedMotion
 from amble.hybrid import Contacts, impact
 from amble.robot import dynamics
-from amble.synthesis.initial_guess import BASE, phase_curves
+from amble.synthesis.base_trajectory import BASE
+from amble.synthesis.initial_guess import phase_curves
 from amble.synthesis.layout import DomainLayout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import build_program
@@ -102,10 +103,11 @@ def _arranged(samples: RecordedDomain, order: list[int], signs: Vector, source: 
             raise InputError(f"motion '{printable(source)}' has {np.shape(values)[-1]} columns, not {len(order)}")
         return None if values is None else values[:, order] * signs
 
+    columns(samples.positions)  # refuses another width
     return replace(
         samples,
         times=samples.times - samples.times[0],
-        positions=columns(samples.positions),
+        positions=samples.positions[:, order] * signs,
         velocities=columns(samples.velocities),
         accelerations=columns(samples.accelerations),
     )
