@@ -53,8 +53,8 @@ def prove(
         result(verified=True)
         show(f"every enclosure of '{verify}' was computed again and holds")
         return
-    with progress("proving") as tell:
-        proof = proved(walker, start, Settings(bits=bits, order=order, basin=basin), progress=tell)
+    with progress("proving") as notify:
+        proof = proved(walker, start, Settings(bits=bits, order=order, basin=basin), progress=notify)
     for line in _sentences(proof):
         show(line)
     result(stable=proof.stable, proved=proof.proved.model_dump(mode="json"))

@@ -48,7 +48,7 @@ class Surface:
         return self.sign * value, [self.sign * slope for slope in along], self.sign * drift
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Leg:
     """A domain as the proof needs it.
 
