@@ -165,7 +165,7 @@ def change(*path: str | int, to: Any = None) -> Callable[[Any], None]:
 WRONG = {
     "version 2": (change("format_version", to=2), "format version 2; amble 0.1.0 reads it"),
     "later version": (change("format_version", to=4), "format version 4; this release reads 3"),
-    "version in words": (change("format_version", to="3"), "format version 3; this release reads 3"),
+    "version in words": (change("format_version", to="3"), "format version '3'; this release reads 3"),
     "format": (change("format", to="other"), "not a gait file"),
     "no version": (change("format_version"), "format version None"),
     "missing part": (change("solver"), "'solver' is missing"),
@@ -205,7 +205,7 @@ WRONG = {
     "own parent": (change("robot", "joints", 0, "parent", to=1), "link 'fl_hip' .* is in a cycle"),
     "cycle": (change("robot", "joints", 0, "parent", to=3), "link 'fl_hip' .* is in a cycle"),
     "child twice": (change("robot", "joints", 0, "child", to=2), "is joint 1, but moves link 2"),
-    "foot on no link": (change("robot", "feet", 0, "link", to=13), "is link 13 of 13"),
+    "foot on no link": (change("robot", "feet", 0, "link", to=13), "is on link 13 of 13"),
     "link too many": (change("robot", "joints", 0), "has 13 links on 11 joints"),
     "robot twins": (change("robot", "twins", to=[["fl"]]), "twins\\[0\\] is not a list of 2"),
     "overlays": (change("robot", "overlays", "payload", to={"mass": 1}), "payload is not empty"),

@@ -66,7 +66,7 @@ def level_dynamics(of: Robot, contacts: Contacts, q: Vector, v: Vector, u: Vecto
         for link, (rotation, origin) in zip(of.links, poses, strict=True)
     )
     pull = np.asarray(ca.Function("pull", [symbol], [ca.gradient(potential, symbol)])(q)).ravel()
-    weightless = replace(of, gravity=0.0)
+    weightless = replace(of, gravity=1e-300)
     D = np.asarray(ca.DM(dynamics.mass_matrix(of, q)))
     h = np.asarray(ca.DM(dynamics.bias(weightless, q, v))).ravel() + pull
     J, bias = (np.asarray(ca.DM(part).full()) for part in (contacts.jacobian(q), contacts.bias(q, v)))

@@ -66,10 +66,9 @@ def heavier_on_the_left(robot: Robot, factor: float) -> Robot:
 def test_a_negative_inertia_is_refused(stabilised_gait: Gait, seed: int) -> None:
     draw = np.random.default_rng(seed)
     index = int(draw.integers(len(stabilised_gait.robot.links)))
-    robot = scaled_inertia(stabilised_gait.robot, index, -float(draw.uniform(1e-6, 1e-3)))
-    named = f"smallest principal moment of link '{robot.links[index].name}'|mass matrix that is not positive definite"
-    with pytest.raises(AmbleError, match=named):  # the mirror of a pattern needs the mass matrix, and says so first
-        certify(with_robot(stabilised_gait, robot))
+    named = f"inertia of link '{stabilised_gait.robot.links[index].name}' is not positive definite"
+    with pytest.raises(InputError, match=named):
+        scaled_inertia(stabilised_gait.robot, index, -float(draw.uniform(1e-6, 1e-3)))
 
 
 @pytest.mark.parametrize("factor", [1.5, 1.01, 1.0001])
@@ -83,8 +82,8 @@ def test_an_asymmetric_robot_is_refused_whatever_tolerance_its_file_states(
 def test_a_robot_that_no_frame_fits_is_refused(stabilised_gait: Gait) -> None:
     joints = list(stabilised_gait.robot.joints)
     joints[0] = replace(joints[0], axis=frozen(1.1 * joints[0].axis))
-    robot = replace(stabilised_gait.robot, joints=tuple(joints), symmetry_tolerance=100.0)
-    assert f"frame of joint '{joints[0].name}'" in refusal(with_robot(stabilised_gait, robot))
+    with pytest.raises(InputError, match=f"axis of joint '{joints[0].name}' is 1.1 long"):
+        replace(stabilised_gait.robot, joints=tuple(joints), symmetry_tolerance=100.0)
 
 
 RECORDED = ("positions", "velocities", "accelerations", "torques", "forces", "impulse", "coefficients")
@@ -149,12 +148,11 @@ def test_an_absurd_limit_is_refused_and_said(stabilised_gait: Gait, fields: dict
     assert held_against(gait)["absurd"] == [name.removeprefix("sensible ")]
 
 
-@pytest.mark.parametrize("gravity", [-9.81, 0.0, 0.3, 31.0])
+@pytest.mark.parametrize("gravity", [0.3, 31.0])
 def test_an_absurd_gravity_is_refused_before_anything_moves(stabilised_gait: Gait, gravity: float) -> None:
     gait = with_robot(stabilised_gait, replace(stabilised_gait.robot, gravity=gravity))
     assert "sensible gravity" in refusal(gait)
-    allowed = refusal(gait, allow_absurd_limits=True)  # it is not the gravity of this motion either
-    assert ("gravity of the robot, positive" in allowed) == (gravity <= 0.0)
+    assert refusal(gait, allow_absurd_limits=True)  # it is not the gravity of this motion either
 
 
 def test_absurd_limits_are_allowed_where_told(stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:

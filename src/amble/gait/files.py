@@ -74,7 +74,8 @@ def load_gait(path: str | Path, robot: Robot | None = None) -> Gait:
     if version != FORMAT_VERSION or isinstance(version, bool):
         release = READERS.get(version) if type(version) is int else None
         reader = f"amble {release} reads it" if release else f"this release reads {FORMAT_VERSION}"
-        raise InputError(f"{name} has format version {shown(version)}; {reader}")
+        stated = repr(version) if isinstance(version, str) else version  # the text "3" is not the number
+        raise InputError(f"{name} has format version {shown(stated)}; {reader}")
     gait = from_dict(tree, f"gait file '{printable(Path(path).name)}'")
     _same_robot(gait.robot, robot, name)
     return gait

@@ -90,7 +90,7 @@ def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Residu
         robot: its robot.
     """
     gravity = robot.gravity
-    least = SMALLEST_TORQUE * robot.mass * abs(gravity) * robot.leg_length
+    least = SMALLEST_TORQUE * robot.mass * gravity * robot.leg_length
     return (
         Residual("sensible gravity", GRAVITY[0], gravity, GRAVITY[1]),
         Residual("sensible friction coefficient", 0.0, friction, LARGEST_FRICTION),

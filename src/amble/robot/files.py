@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from amble.errors import InputError, UnknownNameError, shown
+from amble.errors import InputError, UnknownNameError
 from amble.io.codec import TEXT, ByName, Codec, Count, ListOf, Record
 from amble.io.quantities import Array, Interval, Number
 from amble.robot.model import Robot
@@ -90,7 +90,6 @@ def _take(robot: Robot) -> Mapping[str, Any]:
 
 def _build(hash: str, overlays: Json, joints: tuple[Joint, ...], **fields: Any) -> Robot:
     """Build a robot, and hold it against the hash it was written with."""
-    _check_tree(fields["links"], joints, fields["feet"])
     names, rotors = [joint.name for joint in joints], overlays["rotors"]
     for name in rotors:
         if name not in names:
@@ -106,28 +105,6 @@ def _build(hash: str, overlays: Json, joints: tuple[Joint, ...], **fields: Any) 
             f"gait of another robot: what the file says of '{robot.name}' does not have the hash it was written with"
         )
     return robot
-
-
-def _check_tree(links: tuple[Link, ...], joints: tuple[Joint, ...], feet: tuple[Foot, ...]) -> None:
-    """Check that the joints carry every link once, and all from the base: what walks along them ends."""
-    place = "the robot of the gait"
-    if len(links) != len(joints) + 1:
-        raise InputError(f"{place} has {len(links)} links on {len(joints)} joints; there is one more link than joints")
-    for foot in feet:
-        if foot.link >= len(links):
-            raise InputError(f"the link of foot '{shown(foot.name)}' in {place} is link {foot.link} of {len(links)}")
-    below: dict[int, list[int]] = {}
-    for number, joint in enumerate(joints, start=1):
-        if joint.child != number or joint.parent >= len(links):
-            name, child, parent = shown(joint.name), joint.child, joint.parent
-            raise InputError(f"joint '{name}' in {place} is joint {number}, but moves link {child} on link {parent}")
-        below.setdefault(joint.parent, []).append(number)
-    reached = [0]
-    for link in reached:  # grows while it is walked
-        reached += below.get(link, [])
-    if len(reached) < len(links):
-        lost = min(set(range(len(links))) - set(reached))
-        raise InputError(f"link '{shown(links[lost].name)}' in {place} is in a cycle, not connected to the base")
 
 
 ROBOT = Record(

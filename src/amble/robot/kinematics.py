@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from amble.robot.rotation import constant, cross, rotation_about
-from amble.types import Vector, frozen
+from amble.types import Matrix, Vector, frozen
 
 if TYPE_CHECKING:
     from amble.robot.model import Robot
@@ -43,6 +43,16 @@ def link_poses(robot: Robot, q: Any) -> list[tuple[Any, Any]]:
         frame = constant(joint.rotation) @ rotation_about(joint.axis, q[6 + j])
         poses[joint.child] = (rotation @ frame, origin + rotation @ constant(joint.translation))
     return poses
+
+
+@lru_cache(maxsize=16)
+def zero_poses(robot: Robot) -> tuple[tuple[Matrix, Vector], ...]:
+    """Return orientation (3, 3) and origin (3,) of every link at the zero pose, as numbers, in one walk of the tree."""
+    poses: list[tuple[Matrix, Vector]] = [(np.eye(3), np.zeros(3))] * len(robot.links)
+    for joint in (robot.joints[j] for j in robot.ordered_joints):
+        rotation, origin = poses[joint.parent]
+        poses[joint.child] = (rotation @ joint.rotation, origin + rotation @ joint.translation)
+    return tuple(poses)
 
 
 def link_pose(robot: Robot, link: int, q: Any) -> tuple[Any, Any]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from amble.errors import InputError
 from amble.robot.dynamics import mass_matrix, potential_energy
-from amble.robot.kinematics import foot_position, link_pose
+from amble.robot.kinematics import foot_position, zero_poses
 from amble.types import Vector, frozen
 
 if TYPE_CHECKING:
@@ -186,8 +186,8 @@ def _axis_sign(robot: Robot, j: int, k: int) -> float:
 
 def _at_zero(robot: Robot, j: int) -> tuple[Vector, Vector]:
     """Axis and origin of a joint in the base at the zero pose."""
-    rotation, origin = link_pose(robot, robot.joints[j].child, np.zeros(robot.size))
-    return np.asarray(rotation) @ robot.joints[j].axis, np.asarray(origin).ravel()
+    rotation, origin = zero_poses(robot)[robot.joints[j].child]
+    return rotation @ robot.joints[j].axis, origin
 
 
 def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str]) -> tuple[float, str]:
@@ -207,7 +207,7 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
         scale = np.sqrt(np.outer(np.diag(inertia), np.diag(inertia)))
         deviation = float((np.abs(mirrored.matrix.T @ at_image @ mirrored.matrix - inertia) / scale).max())
         worst = max(worst, (deviation, "the mass matrix"))
-        weight = robot.mass * abs(robot.gravity) or 1.0
+        weight = robot.mass * robot.gravity or 1.0
         height = abs(float(potential_energy(robot, image)) - float(potential_energy(robot, pose))) / (weight * size)
         worst = max(worst, (height, "the height of the centre of mass"))
     return worst

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from amble.errors import UnknownNameError
-from amble.names import LONGEST_FILE, check_distinct, check_name
-from amble.robot.parts import BASE_COORDINATES, DRIVE, Foot, Joint, Link, Payload, check_bounded
+from amble.names import LONGEST_FILE, check_name
+from amble.robot.parts import BASE_COORDINATES, DRIVE, Foot, Joint, Link, Payload
+from amble.robot.validation import check_bodies, check_frames, check_names, check_numbers, check_tree
 from amble.types import Json, Matrix
 
 if TYPE_CHECKING:
@@ -54,21 +55,19 @@ class Robot:
     payload: Payload | None = None
 
     def __post_init__(self) -> None:
-        """Check the names: each is one, no two of a kind agree, and twins are feet; and the size of gravity.
+        """Check everything that equations of motion take for granted but the mass matrix (``plausibility``).
 
         Raises:
             UnknownNameError: a twin is no foot.
-            InputError: a name cannot be one, or occurs twice; a number is not one of a robot.
+            InputError: a name cannot be one, or occurs twice; the joints are no tree; a number is not one of a robot.
         """
-        check_bounded("gravity of the robot", self.gravity)
         check_name("robot", self.name)
         check_name("robot's file", self.source, LONGEST_FILE)
-        check_distinct("link", (link.name for link in self.links))
-        check_distinct("joint", self.joint_names)
-        check_distinct("foot", self.foot_names)
-        for label in (label for pair in self.twins for label in pair):
-            if label not in self.foot_names:
-                raise UnknownNameError("foot", label, self.foot_names)
+        check_numbers(self.name, self.gravity, self.symmetry_tolerance)
+        check_names(self.links, self.joints, self.feet, self.twins)
+        check_tree(self.name, self.links, self.joints, self.feet)
+        check_frames(self.joints)
+        check_bodies(self.links)
 
     def __eq__(self, other: object) -> bool:
         """Compare the content that matters."""

@@ -14,14 +14,14 @@ def natural_units(robot: Robot, length: float) -> Vector:
     """Return the unit of every state of a robot: lengths by a length l, time by sqrt(l / g), (2 n_q,).
 
     Args:
-        robot: the robot; of its gravity the size counts.
+        robot: the robot.
         length: l, m.
 
     Raises:
-        InputError: mass, gravity or length is zero, so that there are no such units.
+        InputError: mass or length is zero, so that there are no such units.
     """
     _check(robot, length)
-    rate = np.sqrt(abs(robot.gravity) / length)
+    rate = np.sqrt(robot.gravity / length)
     positions = np.where([name in LENGTHS for name in robot.coordinate_names], length, 1.0)
     return np.concatenate([positions, rate * positions])
 
@@ -29,11 +29,11 @@ def natural_units(robot: Robot, length: float) -> Vector:
 def velocity_unit(robot: Robot) -> float:
     """Return sqrt(g l) of the leg length l, m/s; errors as in ``natural_units``."""
     _check(robot, robot.leg_length)
-    return float(np.sqrt(abs(robot.gravity) * robot.leg_length))
+    return float(np.sqrt(robot.gravity * robot.leg_length))
 
 
 def _check(robot: Robot, length: float) -> None:
-    sizes = {"mass (kg)": robot.mass, "gravity (m/s^2)": abs(robot.gravity), "leg length (m)": length}
+    sizes = {"mass (kg)": robot.mass, "leg length (m)": length}
     for what, size in sizes.items():
         if not size > 0.0:
             raise InputError(f"the {what} of robot '{robot.name}' is {size:g}, so nothing of it can be measured by it")

@@ -7,7 +7,7 @@ import numpy as np
 from amble.errors import InputError
 from amble.residual import Residual
 from amble.robot.dynamics import mass_matrix
-from amble.robot.kinematics import foot_position, link_pose
+from amble.robot.kinematics import zero_poses
 from amble.robot.mirror import find_mirror
 from amble.robot.model import Robot
 from amble.robot.parts import Joint, Link
@@ -106,10 +106,9 @@ def reach(robot: Robot) -> float:
 
     No part of the robot is further from any other than twice that.
     """
-    zero = np.zeros(robot.size)
-    origins = [np.asarray(link_pose(robot, joint.child, zero)[1]).ravel() for joint in robot.joints]
-    feet = [np.asarray(foot_position(robot, foot, zero)).ravel() for foot in robot.foot_names]
-    return max(float(np.linalg.norm(place)) for place in (*origins, *feet)) + robot.leg_length
+    poses = zero_poses(robot)
+    feet = [poses[foot.link][1] + poses[foot.link][0] @ foot.offset for foot in robot.feet]
+    return max(float(np.linalg.norm(place)) for place in (*(at for _, at in poses), *feet)) + robot.leg_length
 
 
 def _ranges(robot: Robot) -> list[str]:

@@ -13,7 +13,7 @@ import numpy as np
 from amble.errors import InputError
 from amble.robot import catalogue
 from amble.robot.catalogue import Posture
-from amble.robot.kinematics import foot_position, link_pose
+from amble.robot.kinematics import foot_position, link_pose, zero_poses
 from amble.robot.loading import carried_frames, robot_from
 from amble.robot.model import Robot
 from amble.robot.readers import read_robot
@@ -27,6 +27,9 @@ LABELS = {2: ("l", "r"), 4: ("fl", "fr", "rl", "rr"), 6: ("fl", "fr", "ml", "mr"
 
 LATERAL = 0.9
 """Share of a joint's axis along the base's y axis from which the joint counts as a pitch joint."""
+
+MOST_PITCHING = 12
+"""Pitch joints of a leg up to which a posture is searched for; legs of animals and machines have two to five."""
 
 BENT = 0.75
 """Height of the hip over the foot as a share of the leg below it, stretched."""
@@ -79,7 +82,7 @@ def proposed_twins(labels: tuple[str, ...]) -> list[tuple[str, str]]:
 def _hip(robot: Robot, link: int) -> Vector:
     """Where the first joint of a leg is at the zero pose, (3,), m."""
     first = robot.chain(link)[0]
-    return np.asarray(link_pose(robot, robot.joints[first].child, np.zeros(robot.size))[1]).ravel()
+    return zero_poses(robot)[robot.joints[first].child][1]
 
 
 def nominal_posture(robot: Robot) -> Posture:
@@ -94,7 +97,8 @@ def standing_posture(robot: Robot) -> Posture:
     it. All legs bend the same way where both ways are open to them.
 
     Raises:
-        InputError: a leg has no two pitch joints, or none of its poses brings the foot there.
+        InputError: a leg has no two pitch joints or a great many, no length, or none of its poses brings the foot
+            there.
     """
     angles = {joint.name: float(np.clip(0.0, joint.lower, joint.upper)) for joint in robot.joints}
     heights = []
@@ -112,12 +116,19 @@ def _leg(robot: Robot, foot: str, leg: tuple[str, ...], angles: dict[str, float]
     pitching = [name for name in leg if _is_lateral(robot, name)]
     if len(pitching) < 2:
         raise InputError(f"leg '{foot}' has no two pitch joints, so no posture is known for it; give one: posture=...")
+    if len(pitching) > MOST_PITCHING:
+        raise InputError(
+            f"leg '{foot}' has {len(pitching)} pitch joints, more than {MOST_PITCHING}, so no posture is known for it; "
+            "give one: posture=..."
+        )
     known = _coordinates(robot, angles)
     columns = [robot.coordinate_index(name) for name in pitching]
     lower, upper = (np.array([getattr(robot.joint(name), end) for name in pitching]) for end in ("lower", "upper"))
     hip = _origin(robot, pitching[0], known)
     chain = [_origin(robot, name, known) for name in pitching] + [_foot(robot, foot, known)]
     length = float(sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(chain)))
+    if not length > 0.0:
+        raise InputError(f"the pitch joints of leg '{foot}' and its foot are one point: the leg has no length")
     wanted = hip[[0, 2]] - np.array([0.0, BENT * length])
 
     def place(trial: Vector) -> Vector:
@@ -141,8 +152,8 @@ def _leg(robot: Robot, foot: str, leg: tuple[str, ...], angles: dict[str, float]
 
 def _is_lateral(robot: Robot, name: str) -> bool:
     record = robot.joint(name)
-    rotation, _ = link_pose(robot, record.child, np.zeros(robot.size))
-    return bool(abs((np.asarray(rotation) @ record.axis)[1]) > LATERAL)
+    rotation, _ = zero_poses(robot)[record.child]
+    return bool(abs((rotation @ record.axis)[1]) > LATERAL)
 
 
 def _origin(robot: Robot, name: str, q: Vector) -> Vector:

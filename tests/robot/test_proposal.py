@@ -1,0 +1,75 @@
+"""What is proposed for a robot ends in a second or is refused by name, whatever the robot looks like."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from amble.errors import InputError
+from amble.robot import Robot
+from amble.robot.kinematics import link_pose, zero_poses
+from amble.robot.parts import Foot, Joint, Link
+from amble.robot.plausibility import doubts, reach
+from amble.robot.proposal import standing_posture
+from amble.types import frozen
+from tests.robots import ROBOTS, robot
+
+
+def chain(count: int, step: float) -> Robot:
+    """A base and one leg of so many pitch joints, each so far below the one before."""
+    links = tuple(Link(f"l{n}", 1.0, frozen(np.zeros(3)), frozen(0.01 * np.eye(3))) for n in range(count + 1))
+    at = frozen([0.0, 0.0, -step])
+    joints = tuple(
+        Joint(
+            name=f"j{n}",
+            parent=n,
+            child=n + 1,
+            rotation=frozen(np.eye(3)),
+            translation=at,
+            axis=frozen([0.0, 1.0, 0.0]),
+            lower=-2.0,
+            upper=2.0,
+            effort=1.0,
+            velocity=1.0,
+        )
+        for n in range(count)
+    )
+    feet = (Foot("a", f"l{count}", count, at),)
+    return Robot(name="chain", source="chain.urdf", links=links, joints=joints, feet=feet, gravity=9.81)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_poses_in_numbers_are_those_in_symbols(name: str) -> None:
+    model = robot(name)
+    for number, (rotation, origin) in enumerate(zero_poses(model)):
+        expected = link_pose(model, number, np.zeros(model.size))
+        np.testing.assert_allclose(rotation, np.asarray(expected[0]), atol=1e-14)
+        np.testing.assert_allclose(origin, np.asarray(expected[1]).ravel(), atol=1e-14)
+
+
+def test_a_chain_of_a_thousand_joints_is_doubted_in_linear_time() -> None:
+    begun = time.process_time()
+    model = chain(1000, 0.1)
+    assert reach(model) == pytest.approx(1001 * 0.1 * 2.0)
+    assert doubts(model)  # an inertia of a grain on a robot of 100 m
+    assert time.process_time() - begun < 5.0
+
+
+@pytest.mark.parametrize("count", [13, 50, 1000])
+def test_no_posture_is_searched_for_a_leg_of_very_many_joints(count: int) -> None:
+    begun = time.process_time()
+    with pytest.raises(InputError, match=f"has {count} pitch joints, more than 12"):
+        standing_posture(chain(count, 0.1))
+    assert time.process_time() - begun < 5.0
+
+
+def test_a_leg_without_length_is_named() -> None:
+    with pytest.raises(InputError, match="leg 'a' and its foot are one point"):
+        standing_posture(chain(3, 0.0))
+    stretched = chain(3, 0.1)
+    assert standing_posture(stretched).height > 0.0
+    flat = replace(stretched.feet[0], offset=frozen(np.zeros(3)))
+    assert standing_posture(replace(stretched, feet=(flat,))).height > 0.0
