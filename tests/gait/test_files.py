@@ -208,7 +208,7 @@ WRONG = {
     "foot on no link": (change("robot", "feet", 0, "link", to=13), "is on link 13 of 13"),
     "link too many": (change("robot", "joints", 0), "has 13 links on 11 joints"),
     "robot twins": (change("robot", "twins", to=[["fl"]]), "twins\\[0\\] is not a list of 2"),
-    "overlays": (change("robot", "overlays", "payload", to={"mass": 1}), "payload is not empty"),
+    "overlays": (change("robot", "overlays", "payload", to={"mass": 1}), "overlays, payload, mass is not an object"),
     "ground": (change("ground", "name", to="stairs"), "unknown ground .* 'stairs'; known: plane"),
     "friction": (change("ground", "parameters", "friction", "value", to=0.0), "the friction coefficient is 0"),
     "contact": (change("contact", "name", to="plate"), "unknown contact .* 'plate'; known: point"),
