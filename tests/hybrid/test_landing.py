@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from amble.control.landing import plant
 from amble.errors import UnknownNameError
 from amble.hybrid import ONE_BY_ONE, SIMULTANEOUS, GaitPattern, Stance, gait_pattern
 from amble.hybrid.gaits import amble, trot
@@ -84,3 +85,21 @@ def test_landing_one_after_the_other_at_once_is_landing_together(seed: int) -> N
         assert np.max(np.abs(held - together)) > 1e-3 * size
     all_four = after(pattern, q, after(pattern, q, v, "fl", "rr", "fr"), *ROBOT.foot_names)
     np.testing.assert_allclose(all_four, after(pattern, q, v, *ROBOT.foot_names), atol=1e-10 * size)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_under_the_same_torques_one_foot_and_both_agree_behind_the_impact(seed: int) -> None:
+    """P_ij (a_i - a_ij) = 0: what the missing foot's force changes is what its impact takes away."""
+    pattern, draw = trot(ROBOT), np.random.default_rng(seed)
+    q = catalogue.posture("astro").coordinates(ROBOT) + draw.normal(0.0, 0.1, ROBOT.size)
+    v, u = draw.normal(0.0, 1.0, ROBOT.size), draw.normal(0.0, 10.0, len(ROBOT.joints))
+    accelerations = []
+    for feet in (("fr",), ("rl",), ("fr", "rl")):
+        rate, _ = plant(pattern.contacts(Stance("landed", feet)))(np.concatenate([q, v]), u)
+        accelerations.append(np.asarray(rate).ravel()[ROBOT.size :])
+    one, other, both = accelerations
+    size = np.max(np.abs(both))
+    assert np.max(np.abs(one - both)) > 0.1 * size
+    for alone in (one, other):
+        left = after(pattern, q, alone - both, "fr", "rl")
+        assert np.max(np.abs(left)) < 1e-10 * size

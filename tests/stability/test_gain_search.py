@@ -28,7 +28,7 @@ def test_collocated_jacobian_equals_adaptive_variational_equations(search: GainS
     values = dict(zip(search.labels, search.values(theta), strict=True))
     gait = replace(search.gait, control=search.law.with_gains(values))
     matrix = monodromy(without_yaw(closed_loop(gait, half=True), True), search.orbit.start).matrix
-    found = search.evaluate(theta).matrix
+    found = search.evaluate(theta).matrices[0]
     assert np.abs(found - search.orbit.dual @ matrix @ search.orbit.basis).max() < 1e-6 * np.abs(found).max()
 
 
@@ -37,12 +37,12 @@ def test_gradient_is_that_of_central_differences(search: GainSearch) -> None:
     generator = np.random.default_rng(5)
     theta = generator.normal(0.0, 0.2, search.size)
     here = search.evaluate(theta)
-    outer = generator.normal(size=here.matrix.shape)
-    gradient = here.gradient(outer)
+    outer = generator.normal(size=here.matrices[0].shape)
+    gradient = here.gradient([outer])
     for _ in range(3):
         direction = generator.normal(size=search.size)
         ahead, behind = (
-            float((search.evaluate(theta + sign * 1e-4 * direction).matrix * outer).sum()) for sign in (1.0, -1.0)
+            float((search.evaluate(theta + sign * 1e-4 * direction).matrices[0] * outer).sum()) for sign in (1.0, -1.0)
         )
         assert (ahead - behind) / 2e-4 == pytest.approx(float(gradient @ direction), abs=1e-4 * np.abs(gradient).max())
 

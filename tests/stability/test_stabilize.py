@@ -53,7 +53,7 @@ def test_collocated_jacobian_equals_adaptive_variational_equations(
     gait = search.gait_with(theta)
     matrix = monodromy(closed_loop(gait, half=True), search.orbit.start).matrix
     expected = search.orbit.dual @ matrix @ search.orbit.basis
-    found = search.evaluate(theta).matrix
+    found = search.evaluate(theta).matrices[0]
     assert np.abs(found - expected).max() < tolerance * np.abs(expected).max()
 
 
@@ -65,11 +65,11 @@ def test_gradient_is_that_of_central_differences(search: WeightSearch) -> None:
     generator = np.random.default_rng(5)
     theta = np.random.default_rng(3).normal(scale=0.1, size=WEIGHTS)
     here = search.evaluate(theta)
-    gradient = here.gradient(smoothed_radius(here.matrix, TRACE).slope)
+    gradient = here.gradient([smoothed_radius(here.matrices[0], TRACE).slope])
     for _ in range(3):
         direction = generator.normal(size=WEIGHTS)
         ahead, behind = (
-            np.log(smoothed_radius(search.evaluate(theta + sign * 1e-4 * direction).matrix, TRACE).value)
+            np.log(smoothed_radius(search.evaluate(theta + sign * 1e-4 * direction).matrices[0], TRACE).value)
             for sign in (1.0, -1.0)
         )
         assert (ahead - behind) / 2e-4 == pytest.approx(float(gradient @ direction), rel=1e-4, abs=1e-5)

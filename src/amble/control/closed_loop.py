@@ -16,8 +16,8 @@ from amble.control.sensitivity import sensitivity
 from amble.control.stance_functions import ARGUMENTS, fall_margin, function, guard, reset, signals
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
-from amble.hybrid import Contacts, GaitPattern, Stance, Switch, impact
-from amble.robot import Robot, kinematics
+from amble.hybrid import Contacts, GaitPattern, Stance, Switch
+from amble.robot import Robot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,36 +93,6 @@ def stance_loops(
     native = compile_all(sources, derivatives)
     names = [switch.source.name for switch in pattern.switches]
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
-
-
-def landing_flow(
-    contacts: Contacts, law: AllocationLaw, following: Stance, outputs: int, order: int, phase: Phase
-) -> Flow:
-    """Compile the motion between two landings of a switch, on the curves of the stance that follows.
-
-    Args:
-        contacts: the feet on the ground.
-        law: the allocation law.
-        following: the stance in which all have landed.
-        outputs: number of outputs.
-        order: order of the reference curves.
-        phase: the phase of the references.
-    """
-    functions = _flow_functions(contacts, law, following, outputs, order, phase)
-    native = compile_all({"between": functions})["between"]
-    return Flow(**native)
-
-
-def landing_events(contacts: Contacts, foot: str) -> tuple[ca.Function, ca.Function]:
-    """Compile the landing of one foot: its gap and the state after the impact that stops these feet, of x alone."""
-    robot = contacts.robot
-    x = ca.SX.sym("x", 2 * robot.size)
-    q, v = x[: robot.size], x[robot.size :]
-    gap = contacts.ground.gap(kinematics.foot_position(robot, foot, q))
-    after = ca.densify(ca.vertcat(q, impact(contacts, q, v)[0]))
-    functions = ca.Function("gap", [x], [gap]), ca.Function("stopped", [x], ca.cse([after]))
-    native = compile_all({"landing": functions}, {"landing": ("jac",)})["landing"]
-    return native["gap"], native["stopped"]
 
 
 def _require_hash(what: str, value: object) -> None:

@@ -11,13 +11,14 @@ from amble.codegen import compile_all, compiler
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw
+from amble.control.landing import plant
 from amble.control.stance_functions import ARGUMENTS
 from amble.errors import InputError, WorkError
 from amble.export.code import filled, template
 from amble.export.controller import export_state_controller
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
-from amble.hybrid import SIMULTANEOUS, Contacts, Domain, GaitPattern, HybridSystem, constrained_dynamics
+from amble.hybrid import SIMULTANEOUS, Domain, GaitPattern, HybridSystem
 from amble.io.storage import workplace
 from amble.names import identifier
 
@@ -49,43 +50,31 @@ def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
         raise WorkError("the exported controller needs a C compiler; none was found")
     library = _library(gait, law, tool)
     solved = gait.pattern.solved
-    native = compile_all({f"plant_{stance.name}": [_plant(gait.pattern.contacts(stance))] for stance in solved})
+    native = compile_all({f"plant_{stance.name}": [plant(gait.pattern.contacts(stance))] for stance in solved})
     plants = [native[f"plant_{stance.name}"]["plant"] for stance in solved]
     if gait.pattern.mirrored:
-        plants += [_mirrored(gait.pattern, plant) for plant in plants]
+        plants += [_mirrored(gait.pattern, moved) for moved in plants]
     domains = [
-        _domain(domain, ca.external(f"stance_{number}", str(library)), plant)
-        for number, (domain, plant) in enumerate(zip(system.domains, plants, strict=True))
+        _domain(domain, ca.external(f"stance_{number}", str(library)), moved)
+        for number, (domain, moved) in enumerate(zip(system.domains, plants, strict=True))
     ]
     return HybridSystem(tuple(domains), system.transitions, system.symmetries, system.state_names)
 
 
-def _plant(contacts: Contacts) -> ca.Function:
-    """(x, u) -> dx/dt and the contact forces of all feet, in the world frame."""
-    robot = contacts.robot
-    x, u = ca.SX.sym("x", 2 * robot.size), ca.SX.sym("u", len(robot.joints))
-    q, v = x[: robot.size], x[robot.size :]
-    motion = constrained_dynamics(contacts, q, v)
-    acceleration = motion.free_acceleration + motion.input_map @ u
-    forces = contacts.on_every_foot(motion.free_force + motion.force_map @ u)
-    rate = ca.densify(ca.vertcat(v, acceleration))
-    return ca.Function("plant", [x, u], [rate, ca.densify(forces)], ["x", "u"], ["rate", "force"])
-
-
-def _mirrored(pattern: GaitPattern, plant: ca.Function) -> ca.Function:
+def _mirrored(pattern: GaitPattern, moved: ca.Function) -> ca.Function:
     """The mirror image of a plant: mirror the arguments, evaluate the same code, mirror the results."""
     robot = pattern.robot
-    x, u = ca.MX.sym("x", plant.numel_in(0)), ca.MX.sym("u", plant.numel_in(1))
-    rate, force = plant(robot.mirror.state(x), robot.mirror.torque(u))
+    x, u = ca.MX.sym("x", moved.numel_in(0)), ca.MX.sym("u", moved.numel_in(1))
+    rate, force = moved(robot.mirror.state(x), robot.mirror.torque(u))
     results = [robot.mirror.state(rate), pattern.all_contacts.mirror(force)]
     return ca.Function("mirrored_plant", [x, u], results, ["x", "u"], ["rate", "force"])
 
 
-def _domain(domain: Domain, controller: ca.Function, plant: ca.Function) -> Domain:
+def _domain(domain: Domain, controller: ca.Function, moved: ca.Function) -> Domain:
     """Return a domain whose torques come from the library."""
     t, x, p = (ca.MX.sym(name, domain.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
     torque = controller(t, x)
-    rate, force = plant(x, torque)
+    rate, force = moved(x, torque)
     field = ca.Function(f"exported_{identifier(domain.name)}", [t, x, p], [rate], ARGUMENTS, ["rate"])
     if domain.signals is None:
         return replace(domain, field=field, jacobian=None)

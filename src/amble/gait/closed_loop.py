@@ -8,9 +8,17 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import Flow, StanceLoop
+from amble.control.closed_loop import StanceLoop
 from amble.gait.control_law import ControlLaw, Numbers
-from amble.gait.landing_domains import between, entering, follows, landing_steps, landing_transition
+from amble.gait.landing_domains import (
+    between,
+    continued,
+    entering,
+    follows,
+    landing_domain,
+    landing_steps,
+    landing_transition,
+)
 from amble.gait.linearising_law import control_of
 from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
 from amble.gait.record import Gait
@@ -39,12 +47,11 @@ def closed_loop(
         half: of a mirrored gait only the solved half: the last reset also mirrors, and one cycle of the system is half
             a gait cycle. Otherwise all stances, the second half through mirrored copies of the same compiled code.
         control: another feedback law than the gait's.
-        orders: where feet land one by one: name of a switch -> its feet in the one order that is followed. A foot that
-            is past the ground when its turn comes is stopped at once.
+        orders: where feet land one by one: name of a switch -> its feet in the one order that is followed, smoothly on
+            to where another comes first (``landing_domains.continued``).
 
     Raises:
-        InputError: another allocation law for a feedback law that does not allocate, or one that has no motion between
-            the landings of a switch.
+        InputError: another allocation law for a feedback law that does not allocate.
     """
     pattern = gait.pattern
     control = control or control_of(gait)
@@ -56,24 +63,25 @@ def closed_loop(
     whole = pattern.mirrored and not half
     domains = [*solved]
     if whole:
-        for loop, stance, original in zip(loops, pattern.stances[len(solved) :], solved, strict=True):
-            domains.append(mirrored_domain(pattern, loop, stance.name, original))
-    domains += _landing_domains(gait, control, law, numbers, whole)
-    transitions = _transitions(gait, loops, {domain.name: domain for domain in domains}, half, orders or {})
+        twins = pattern.stances[len(solved) :]
+        domains += [mirrored_domain(pattern, twin.name, domain) for twin, domain in zip(twins, solved, strict=True)]
+    domains += _landing_domains(gait, loops, solved, whole)
+    known = {domain.name: domain for domain in domains}
+    transitions = _transitions(gait, loops, known, half, orders or {})
     names = (*gait.robot.coordinate_names, *(f"{RATE}{name}" for name in gait.robot.coordinate_names))
     entered = {transition.target for transition in transitions}  # one order of landing leaves the other domains out
-    kept = tuple(domain for domain in domains if domain.name in entered)
+    kept = tuple(domain for domain in known.values() if domain.name in entered)
     return HybridSystem(kept, tuple(transitions), symmetries(gait, control), names)
 
 
 def _transitions(
     gait: Gait,
     loops: Sequence[StanceLoop],
-    known: Mapping[str, Domain],
+    known: dict[str, Domain],
     half: bool,
     orders: Mapping[str, Sequence[str]],
 ) -> list[Transition]:
-    """All switches; a switch whose feet land one by one is several."""
+    """All switches; one whose feet land one by one is several. Domains of one order alone are added to those known."""
     pattern, found = gait.pattern, list[Transition]()
     whole = pattern.mirrored and not half
     switches = pattern.all_switches if whole else pattern.switches
@@ -89,7 +97,7 @@ def _transitions(
     return found
 
 
-def _domain(name: str, flow: Flow, numbers: Numbers) -> Domain:
+def _domain(name: str, flow: StanceLoop, numbers: Numbers) -> Domain:
     return Domain(
         name=name,
         field=flow.field,
@@ -109,27 +117,24 @@ def _transition(gait: Gait, loop: StanceLoop, switch: Switch, last: bool, half: 
     return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, direction=-1)
 
 
-def _landing_domains(
-    gait: Gait, control: ControlLaw, law: AllocationLaw | None, numbers: Sequence[Numbers], whole: bool
-) -> list[Domain]:
+def _landing_domains(gait: Gait, loops: Sequence[StanceLoop], solved: Sequence[Domain], whole: bool) -> list[Domain]:
     """The domains between landings into every solved stance; with the mirrored half, into the mirrored ones too."""
     pattern, found = gait.pattern, list[Domain]()
-    for number, entry in enumerate(numbers):
+    for number, (loop, following) in enumerate(zip(loops, solved, strict=True)):
         for stance in between(gait, entering(gait, number)):
-            flow, there = control.landing_flow(gait, law, number, stance, entry)
-            domain = _domain(stance.name, flow, there)
+            domain = landing_domain(pattern, loop, following, pattern.solved[number], stance)
             found.append(domain)
             if whole:
-                twin = _twin(gait, pattern.all_switches[number - 1 + len(pattern.solved)], stance)
-                found.append(mirrored_domain(pattern, flow, twin.name, domain))
+                twin = _twin(gait, pattern.all_switches[number - 1 + len(solved)], stance)
+                found.append(mirrored_domain(pattern, twin.name, domain))
     return found
 
 
 def _landings(
-    gait: Gait, known: Mapping[str, Domain], switch: Switch, mirrors: bool, order: Sequence[str] | None
+    gait: Gait, known: dict[str, Domain], switch: Switch, mirrors: bool, order: Sequence[str] | None
 ) -> list[Transition]:
-    """All landings of a switch in every order; where the state is mirrored, that is done by the first of them."""
-    found = []
+    """All landings of a switch, in every order or in one; where the state is mirrored, the first of them does it."""
+    found = list[Transition]()
     for step in landing_steps(gait, switch):
         if order is not None and not follows(step, switch, order):
             continue
@@ -141,9 +146,14 @@ def _landings(
             if not first:
                 twin = gait.robot.mirror.feet
                 source, foot, down = _twin(gait, entered, source), twin[foot], target.feet
-        found.append(
-            landing_transition(gait, foot, down, known[source.name], target.name, first, mirrors=mirrors and first)
-        )
+        contacts = gait.pattern.contacts(Stance(target.name, down))
+        landing = landing_transition(contacts, foot, known[source.name], target.name, first, mirrors and first)
+        if order is None or first:
+            found.append(landing)
+            continue
+        back, both_ways = continued(known[source.name], landing)
+        known[back.name] = back
+        found += both_ways
     return found
 
 

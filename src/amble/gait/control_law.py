@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import casadi as ca
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import Flow, StanceLoop
-from amble.control.driven_loop import driven_flow, driven_loops
+from amble.control.closed_loop import StanceLoop
+from amble.control.driven_loop import driven_loops
 from amble.errors import InputError
 from amble.hybrid import Contacts, Stance, Symmetry
 from amble.io.registry import Registry
@@ -70,24 +70,6 @@ class ControlLaw(ABC):
         self, gait: Gait, allocation: AllocationLaw | None, numbers: tuple[Numbers, ...]
     ) -> tuple[StanceLoop, ...]:
         """Compile the closed loops of the solved stances, functions of (t, x, p); ``numbers`` are the law's."""
-
-    def landing_flow(
-        self, gait: Gait, allocation: AllocationLaw | None, number: int, stance: Stance, numbers: Numbers
-    ) -> tuple[Flow, Numbers]:
-        """Compile the motion between two landings of the switch into a solved stance.
-
-        Args:
-            gait: the gait.
-            allocation: another allocation law than the gait's.
-            number: of the solved stance.
-            stance: the feet on the ground.
-            numbers: the law's in the solved stance.
-
-        Raises:
-            InputError: the law has no motion between landings.
-        """
-        del gait, allocation, number, stance, numbers
-        raise InputError(f"control law '{self.name}' has no motion between landings; feet must land simultaneously")
 
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
         """Whether the law does not see a symmetry of the ground: a translation, or "yaw" about the vertical."""
@@ -157,13 +139,6 @@ class TorqueLaw(ControlLaw):
         del allocation
         sizes = [entry.parameters.size for entry in numbers]
         return driven_loops(gait.pattern, self.torques, sizes, gait.limits.normal_force)
-
-    def landing_flow(
-        self, gait: Gait, allocation: AllocationLaw | None, number: int, stance: Stance, numbers: Numbers
-    ) -> tuple[Flow, Numbers]:
-        """Follow the law of the stance that comes next, on the feet that have landed."""
-        del allocation, number
-        return driven_flow(gait.pattern.contacts(stance), self.torques, numbers.parameters.size), numbers
 
 
 CONTROL_LAWS: Registry[ControlLaw] = Registry("control law")

@@ -1,33 +1,29 @@
 """The closed loop where feet land one by one: a domain for the feet that have landed so far, in every order.
 
-Between two landings the robot follows the curves of the stance that comes next, on their own clock or phase from the
-first of the landings; the clock starts again when the last foot is down. The feet on the ground leave fewer directions
-of internal force than that stance has, so as many joints more are controlled: of those that it leaves free, the ones
-that the torques move best. Where both feet come down at once such a domain lasts no time, and the state behind it is
-that of the impact on all feet (docs/theory/hybrid-model.md, eq. 20).
+Between two landings the joints have the torques that the law of the stance that comes next gives at its entry, for the
+velocities that the rest of its feet leaves: those behind the impact that would stop all of them. So nothing jumps in
+the torques when the last foot lands, the clock of the stance begins there, and any feedback law can be used. Where the
+feet come down at once such a domain lasts no time, and the state behind it is that of the impact on all feet
+(docs/theory/hybrid-model.md, section 10).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 import casadi as ca
-import numpy as np
 
-from amble.control import AllocationLaw
-from amble.control.closed_loop import Flow, landing_events, landing_flow
-from amble.control.outputs import actuated_freedoms, controllable
-from amble.control.phase import DomainPhase
+from amble.control.closed_loop import StanceLoop
+from amble.control.landing import compiled_gap, compiled_plant, compiled_stopping
 from amble.control.stance_functions import ARGUMENTS
-from amble.control.virtual_constraints import pack
-from amble.errors import InputError
-from amble.gait.constraints import REFERENCE_ORDER, numbers_of
-from amble.gait.control_law import Numbers
 from amble.gait.record import Gait
-from amble.hybrid import Contacts, Domain, Stance, Switch, Transition, constrained_dynamics
+from amble.hybrid import Contacts, Domain, GaitPattern, Stance, Switch, Transition
 from amble.hybrid.landing import steps
-from amble.numerics.bezier import elevate
-from amble.types import Matrix, Vector, frozen
+
+DIFFERENCE = 1e-6
+"""Step of the differences that give the slope of the field between two landings, in the states' units: it counts only
+off the orbit, where such a domain lasts."""
 
 
 def entering(gait: Gait, number: int) -> Switch:
@@ -52,41 +48,49 @@ def follows(step: Switch, switch: Switch, order: Sequence[str]) -> bool:
     return landed == set(order[: len(landed)]) and step.landing[0] == order[len(landed)]
 
 
-def linearised_landing(gait: Gait, law: AllocationLaw, number: int, stance: Stance) -> tuple[Flow, Numbers]:
-    """Close the loop between landings into a solved stance by input-output linearisation.
+def landing_domain(
+    pattern: GaitPattern, loop: StanceLoop, following: Domain, next_stance: Stance, stance: Stance
+) -> Domain:
+    """Close the loop between landings into a solved stance.
 
     Args:
-        gait: the gait.
-        law: the allocation law.
-        number: of the solved stance that follows.
+        pattern: the gait pattern.
+        loop: of the solved stance that follows; its torques are a signal.
+        following: its domain.
+        next_stance: that stance.
         stance: the feet on the ground.
     """
-    following, contacts = gait.pattern.solved[number], gait.pattern.contacts(stance)
-    duration, references, weights, numbers = numbers_of(gait, following.name)
-    weights = _completed(gait, number, contacts, weights)
-    references = references + _lines(gait, number, numbers) * (gait.feedback is None)
-    flow = landing_flow(contacts, law, following, len(weights), REFERENCE_ORDER, gait.outputs.phase)
-    parameters = pack(duration, gait.gains, elevate(references, REFERENCE_ORDER), weights, numbers)
-    breakpoints = gait.outputs.phase.breakpoints(following, duration)
-    return flow, Numbers(parameters=frozen(parameters), breakpoints=breakpoints)
+    stopped, moved = compiled_stopping(pattern.contacts(next_stance)), compiled_plant(pattern.contacts(stance))
+    t, x, p = (ca.MX.sym(name, following.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
+    law = dict(zip(loop.signals.name_out(), loop.signals(0.0, stopped(x), p), strict=True))
+    rate, force = moved(x, law["torque"])
+    field = ca.Function("landing_field", [t, x, p], [rate], ARGUMENTS, ["rate"])
+    recorded = dict(zip(loop.signals.name_out(), loop.signals(0.0, x, p), strict=True))
+    recorded |= {"torque": law["torque"], "force": force, "pivot": law["pivot"]}
+    return Domain(
+        name=stance.name,
+        field=field,
+        parameters=following.parameters,
+        signals=ca.Function("landing_signals", [t, x, p], list(recorded.values()), ARGUMENTS, list(recorded)),
+        jacobian=_differences(field, 1.0),
+        admissibility=following.admissibility,
+    )
 
 
 def landing_transition(
-    gait: Gait, foot: str, down: Sequence[str], source: Domain, target: str, first: bool, mirrors: bool
+    contacts: Contacts, foot: str, source: Domain, target: str, first: bool, mirrors: bool = False
 ) -> Transition:
     """Return the landing of one foot.
 
     Args:
-        gait: the gait.
+        contacts: feet on the ground afterwards.
         foot: that lands.
-        down: feet on the ground afterwards.
         source: the domain that it ends.
         target: name of the domain that follows.
         first: whether it is the first landing of its switch.
         mirrors: whether the state is mirrored after it.
     """
-    robot = gait.robot
-    gap, stopped = landing_events(gait.pattern.contacts(Stance(target, tuple(down))), foot)
+    robot, gap, stopped = contacts.robot, compiled_gap(contacts, foot), compiled_stopping(contacts)
     t, x, p = (ca.MX.sym(name, source.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
     after = robot.mirror.state(stopped(x)) if mirrors else stopped(x)
     return Transition(
@@ -98,36 +102,42 @@ def landing_transition(
     )
 
 
-def _completed(gait: Gait, number: int, contacts: Contacts, weights: Matrix) -> Matrix:
-    """Add rows for joints that no output controls until the stance's torques have none left, the best moved first."""
-    robot = gait.robot
-    wanted = actuated_freedoms(contacts)
-    q = ca.SX.sym("q", robot.size)
-    moved = ca.Function("moved", [q], [constrained_dynamics(contacts, q, ca.SX(robot.size, 1)).input_map[3:, :]])
-    answer = np.asarray(moved(gait.domains[number].positions[0]))
-    taken = set(gait.outputs.of(gait.pattern.solved[number].name).coordinates)
-    names = controllable(robot)
-    left = [place for place, name in enumerate(names) if name in robot.joint_names and name not in taken]
-    while len(weights) < wanted:
-        if not left:
-            raise InputError(f"no joint is left to control while only {', '.join(contacts.feet)} have landed")
-        known = np.linalg.qr((weights @ answer).T)[0]
-        rest = [np.linalg.norm(row - known @ (known.T @ row)) / np.linalg.norm(row) for row in answer[left]]
-        best = left.pop(int(np.argmax(rest)))
-        weights = np.vstack([weights, np.eye(len(names))[best]])
-    return weights
+def continued(domain: Domain, landing: Transition) -> tuple[Domain, tuple[Transition, ...]]:
+    """Continue a landing smoothly to where its foot was down before its turn: the motion goes back to its touchdown.
 
+    A domain between two landings then lasts a negative time. No robot moves so; it is what one order's derivative is
+    the derivative of, on both sides of the orbit.
 
-def _lines(gait: Gait, number: int, numbers: Vector) -> Matrix:
-    """Curves of the joints that the gait problem does not control: straight on from the recorded entry, (n_a, 2)."""
-    trajectory, stance, size = gait.domains[number], gait.pattern.solved[number], 3
-    phase = DomainPhase(phase=gait.outputs.phase, robot=gait.robot, stance=stance)
-    ends = slice(0, 1)
-    _, pace = phase.along(
-        trajectory.times[ends], trajectory.duration, trajectory.positions[ends], trajectory.velocities[ends], numbers
+    Args:
+        domain: between two landings.
+        landing: the only one that leaves it.
+
+    Returns:
+        The domain that runs back, and the transitions of both.
+    """
+    t, x, p = (ca.MX.sym(name, domain.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
+    back = Domain(
+        name=f"{domain.name} back",
+        field=ca.Function("back", [t, x, p], [-domain.field(t, x, p)], ARGUMENTS, ["rate"]),
+        parameters=domain.parameters,
+        jacobian=_differences(domain.field, -1.0),
     )
-    start, rate = trajectory.positions[0, size:], trajectory.velocities[0, size:] / pace[0]
-    taken = set(gait.outputs.of(stance.name).coordinates)
-    free = np.array([name not in taken for name in controllable(gait.robot)])
-    line = np.column_stack([start, start + rate])
-    return elevate(line * free[:, None], gait.outputs.order)
+    same = ca.Function("same", [t, x, p], [x], ARGUMENTS, ["state"])
+    # the state leaves for the way back at the entry or not at all
+    leaves = Transition(
+        source=domain.name, target=back.name, guard=landing.guard, reset=same, dead_time=inf, at_entry=True
+    )
+    returns = Transition(
+        source=back.name, target=landing.target, guard=landing.guard, reset=landing.reset, direction=1, at_entry=True
+    )
+    onward = Transition(source=domain.name, target=landing.target, guard=landing.guard, reset=landing.reset)
+    return back, (onward, leaves, returns)
+
+
+def _differences(field: ca.Function, sign: float) -> ca.Function:
+    """Slope of a field in x by central differences, times a sign, (t, x, p) -> (n_x, n_x)."""
+    t, x, p = (ca.MX.sym(name, field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
+    steps_of = DIFFERENCE * ca.DM.eye(x.numel())
+    columns = [field(t, x + step, p) - field(t, x - step, p) for step in ca.horzsplit(steps_of)]
+    slope = ca.horzcat(*columns) * (sign / (2.0 * DIFFERENCE))
+    return ca.Function("landing_jacobian", [t, x, p], [slope], ARGUMENTS, ["jacobian"])

@@ -10,13 +10,12 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import Flow, StanceLoop, stance_loops
+from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.phase import DomainPhase
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.control_law import CONTROL_LAWS, ControlLaw, Numbers
-from amble.gait.landing_domains import linearised_landing
 from amble.gait.record import Gait
-from amble.hybrid import Stance, Symmetry
+from amble.hybrid import Symmetry
 from amble.types import Vector
 
 LINEARISATION = "input-output linearisation"
@@ -75,13 +74,6 @@ class InputOutputLinearisation(ControlLaw):
     def packed(self, gait: Gait, domain: str) -> Vector:
         """Pack the virtual constraints of a solved domain with these gains."""
         return loop_parameters(self._of(gait), domain)
-
-    def landing_flow(
-        self, gait: Gait, allocation: AllocationLaw | None, number: int, stance: Stance, numbers: Numbers
-    ) -> tuple[Flow, Numbers]:
-        """Control as many joints more as the feet that have landed leave directions of internal force."""
-        del numbers
-        return linearised_landing(self._of(gait), allocation or gait.law, number, stance)
 
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
         """Whether no output sees a turn, and the phase none of the symmetries."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from amble.control.closed_loop import Flow, StanceLoop
+from amble.control.closed_loop import StanceLoop
 from amble.control.stance_functions import ARGUMENTS
 from amble.hybrid import Domain, GaitPattern, Switch, Transition
 from amble.robot import Robot
@@ -18,26 +18,31 @@ def mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
     return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
 
 
-def mirrored_domain(pattern: GaitPattern, loop: Flow, name: str, original: Domain) -> Domain:
-    """Return the mirror image of a stance: mirror the state, evaluate the same code, mirror the result."""
+def mirrored_domain(pattern: GaitPattern, name: str, original: Domain) -> Domain:
+    """Return the mirror image of a domain: mirror the state, evaluate the same code, mirror the result."""
     robot = pattern.robot
-    t, x, p = _symbols(loop.field)
-    image = robot.mirror.state(x)
-    mirror = ca.MX(_state_matrix(robot))
-    jacobian = mirror @ loop.jacobian(t, image, p) @ mirror
-    recorded = dict(zip(loop.signals.name_out(), loop.signals(t, image, p), strict=True))
-    signals = {name: _mirrored_signal(pattern, name, value) for name, value in recorded.items()}
+    t, x, p = _symbols(original.field)
+    image, mirror = robot.mirror.state(x), ca.MX(_state_matrix(robot))
+
+    def mirrored(what: str, value: ca.MX, result: str) -> ca.Function:
+        return ca.Function(f"mirrored_{what}", [t, x, p], [value], ARGUMENTS, [result])
+
+    signals, jacobian, margin = original.signals, original.jacobian, original.admissibility
+    if signals is not None:
+        recorded = dict(zip(signals.name_out(), signals(t, image, p), strict=True))
+        values = [_mirrored_signal(pattern, name, value) for name, value in recorded.items()]
+        signals = ca.Function("mirrored_signals", [t, x, p], values, ARGUMENTS, list(recorded))
+    if jacobian is not None:
+        jacobian = mirrored("jacobian", mirror @ jacobian(t, image, p) @ mirror, "jacobian")
+    if margin is not None:
+        margin = mirrored("admissibility", margin(t, image, p), "margin")
     return Domain(
         name=name,
-        field=ca.Function(
-            "mirrored_field", [t, x, p], [robot.mirror.state(loop.field(t, image, p))], ARGUMENTS, ["rate"]
-        ),
+        field=mirrored("field", robot.mirror.state(original.field(t, image, p)), "rate"),
         parameters=original.parameters,
-        signals=ca.Function("mirrored_signals", [t, x, p], list(signals.values()), ARGUMENTS, list(signals)),
-        jacobian=ca.Function("mirrored_jacobian", [t, x, p], [jacobian], ARGUMENTS, ["jacobian"]),
-        admissibility=ca.Function(
-            "mirrored_admissibility", [t, x, p], [loop.admissibility(t, image, p)], ARGUMENTS, ["margin"]
-        ),
+        signals=signals,
+        jacobian=jacobian,
+        admissibility=margin,
         breakpoints=original.breakpoints,
     )
 

@@ -1,11 +1,9 @@
 """The stability certificate of a periodic orbit: every number twice where it matters, and refused when in doubt.
 
 The orbit is exponentially stable when the spectral radius of the reduced return map A is below 1. The certificate holds
-A by variational equations, and by differences of the whole map as a second opinion. The error bar of the radius is
-rho_e(A) - rho(A), where rho_e is the pseudospectral radius: the largest radius that any perturbation of size e of A can
-give, with e the distance of the two matrices plus the change of A under the last step of a tolerance sweep, in
-coordinates that suit A (``pseudospectral_radius``). It is an estimate, not a strict bound: e is measured, not proven,
-and nothing here encloses roundoff, the integrator's error or the motion itself as interval arithmetic would.
+A by variational equations, and by differences of the whole map as a second opinion (``two_ways``). The error bar of the
+radius is an estimate, not a strict bound: nothing here encloses roundoff, the integrator's error or the motion itself
+as interval arithmetic would.
 """
 
 from __future__ import annotations
@@ -18,15 +16,16 @@ import numpy as np
 
 from amble.hybrid import HybridSystem
 from amble.io.facts import rows_html
-from amble.progress import Progress, ProgressReport, silent
+from amble.progress import Progress, silent
 from amble.residual import Residual
 from amble.stability.contraction import LeadingMode, leading_mode
 from amble.stability.disturbance import Disturbance
 from amble.stability.group import closest_shift
+from amble.stability.landing_orders import LandingOrders
 from amble.stability.lyapunov import QuadraticBound, quadratic_bound
-from amble.stability.monodromy import prepare_variational
-from amble.stability.poincare import TIME_LIMIT, Differences, difference_check
-from amble.stability.spectrum import Spectrum, largest_radius, spectrum
+from amble.stability.poincare import TIME_LIMIT, Differences
+from amble.stability.spectrum import Spectrum
+from amble.stability.two_ways import differentiate
 from amble.types import Json, Vector, frozen
 
 TOLERANCES = (1e-8, 1e-10, 1e-12)
@@ -62,6 +61,8 @@ class Certificate:
         invariants: values of the conserved quantities, by name; the orbit is stable among motions with these values,
             and nothing is said of others.
         disturbance: of a gait, how far disturbances grow and from which size of them it comes back.
+        landing: of a gait whose feet land one by one, every order of landing; all else is of the order that the orbit
+            takes.
     """
 
     state: Vector
@@ -80,6 +81,7 @@ class Certificate:
     cycles: int = 1
     invariants: Mapping[str, float] = field(default_factory=dict)
     disturbance: Disturbance | None = None
+    landing: LandingOrders | None = None
 
     @property
     def radius(self) -> float:
@@ -113,6 +115,7 @@ class Certificate:
             *losses,
             *contraction,
             *bound,
+            *(() if self.landing is None else self.landing.rows(LARGEST_DISAGREEMENT)),
             *self.conditions,
         )
 
@@ -164,6 +167,7 @@ class Certificate:
             "return_map": self.spectrum.matrix.tolist(),
             "basis": self.spectrum.basis.tolist(),
             "contraction_bound": None if self.bound is None else self.bound.to_dict(),
+            "landing": None if self.landing is None else self.landing.to_dict(),
             "disturbance": None if self.disturbance is None else self.disturbance.to_dict(),
             "warnings": list(self.warnings),
         }
@@ -182,21 +186,9 @@ def assess(
 
     Arguments and errors are those of ``certify``, but for CertificateError.
     """
-    notify = progress or silent
     entry = np.array(state, dtype=np.float64).reshape(-1)
-    variational = prepare_variational(system)
-    swept = []
-    for tolerance in sorted(set(tolerances), reverse=True):
-        notify(ProgressReport(what=f"variational equations, tolerance {tolerance:g}"))
-        there = variational(entry, tolerance, time_limit, cycles, max_step)
-        swept.append((tolerance, there, spectrum(system, entry, there.image, there.matrix)))
-    _, there, best = swept[-1]
-    differences = difference_check(
-        system, entry, time_limit=time_limit, progress=notify, cycles=cycles, max_step=max_step
-    )
-    second = spectrum(system, entry, there.image, differences.matrix)
-    previous = swept[max(len(swept) - 2, 0)][2]
-    doubts = (best.matrix - second.matrix, best.matrix - previous.matrix)
+    known = differentiate(system, entry, tolerances, progress or silent, time_limit, cycles, max_step)
+    there, best = known.monodromy, known.spectrum
     shift = closest_shift(system, entry, there.image)
     stable = best.radius < 1.0
     names = [symmetry.name for symmetry in system.symmetries]
@@ -207,10 +199,10 @@ def assess(
         period=there.period,
         shift=dict(zip(names, map(float, shift.amounts), strict=True)),
         spectrum=best,
-        error=largest_radius(best.matrix, doubts) - best.radius,
-        disagreement=float(np.linalg.norm(doubts[0], 2)) / max(float(np.linalg.norm(best.matrix, 2)), 1.0),
-        sweep=tuple((tolerance, candidate.radius) for tolerance, _, candidate in swept),
-        differences=differences,
+        error=known.error,
+        disagreement=known.disagreement,
+        sweep=known.sweep,
+        differences=known.differences,
         bound=quadratic_bound(best.matrix) if stable else None,
         mode=leading_mode(system, entry, best, cycles, time_limit, max_step) if stable else None,
         cycles=cycles,

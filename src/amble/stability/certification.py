@@ -15,6 +15,7 @@ from amble.residual import Residual
 from amble.stability.certificate import TOLERANCES, Certificate, assess
 from amble.stability.disturbance import disturb
 from amble.stability.gait_certificate import certified_orbit
+from amble.stability.landing_orders import LandingOrders, in_order, landing_orders
 from amble.stability.poincare import TIME_LIMIT
 from amble.types import Vector
 
@@ -97,11 +98,11 @@ def certify(
         conditions = (*of_gait, *conditions)
     else:
         system, state = subject, _of_system(state, allow_absurd_limits, law)
-    certificate = assess(system, state, tolerances, time_limit, progress, cycles, max_step)
-    certificate = replace(certificate, conditions=tuple(conditions))
-    rows = certificate.rows()
-    if any(row.violation > 0 for row in rows):
-        raise CertificateError(rows)
+    landing, assessed = _in_order(subject, system, state, tolerances, progress, law)
+    certificate = assess(assessed, state, tolerances, time_limit, progress, cycles, max_step)
+    certificate = replace(certificate, conditions=tuple(conditions), landing=landing)
+    if any(row.violation > 0 for row in certificate.rows()):
+        raise CertificateError(certificate.rows())
     if not isinstance(subject, Gait):
         return certificate
     disturbance = disturb(subject, system, state, certificate.spectrum, progress, time_limit, max_step)
@@ -117,6 +118,21 @@ def _of_system(state: Vector | None, allow_absurd_limits: bool, law: AllocationL
     if law is not None:
         raise InputError("only a gait takes another allocation law")
     return state
+
+
+def _in_order(
+    subject: Gait | HybridSystem,
+    system: HybridSystem,
+    state: Vector,
+    tolerances: Sequence[float],
+    notify: Progress | None,
+    law: AllocationLaw | None,
+) -> tuple[LandingOrders | None, HybridSystem]:
+    """Return the orders of landing, and the system in that of the orbit, smooth where another comes first."""
+    landing = landing_orders(subject, state, tolerances, notify, law) if isinstance(subject, Gait) else None
+    if landing is None or not isinstance(subject, Gait):
+        return None, system
+    return landing, in_order(subject, landing.taken.feet, law)
 
 
 def _require_of_gait(state: Vector | None, cycles: int) -> None:

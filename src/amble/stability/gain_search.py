@@ -7,7 +7,7 @@ accelerations to the torques: of rank one for the gain of one joint (docs/theory
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from amble.robot.natural_units import natural_units
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedback
 from amble.stability.lyapunov import smoothed_radius
 from amble.stability.orbit import Orbit, sample_orbit
-from amble.stability.weight_search import LARGEST_DRIFT, TRACE, Closed
+from amble.stability.weight_search import LARGEST_DRIFT, TRACE, Closed, passages_of, radius_and_bound
 from amble.stability.weighted_map import Transport, along_orbit, reduced, sandwiched, sides, transported
 from amble.types import Matrix, NodeValues, Vector
 
@@ -39,29 +39,30 @@ class GainMap:
     """The Poincare Jacobian on the orbit's basis for one choice of gains, and what its gradient needs.
 
     Attributes:
-        matrix: (m, m).
+        matrices: (m, m), one for every order of landing.
         search: the gait with its orbit.
         values: the gains, (size,).
         packed: solved domain -> p with these gains.
         transports: one a domain.
     """
 
-    matrix: Matrix
+    matrices: tuple[Matrix, ...]
     search: GainSearch
     values: Vector
     packed: Mapping[str, Vector]
     transports: tuple[Transport, ...]
 
-    def gradient(self, outer: Matrix) -> Vector:
-        """Return the gradient in the logarithms of the gains of a function whose slope in ``matrix`` is outer."""
-        found = np.zeros(self.values.size)
-        both = sides(self.search.orbit, self.transports)
-        for domain, (left, right), transport in zip(self.search.orbit.domains, both, self.transports, strict=True):
-            before, after = sandwiched(left, right, transport)
-            weights = np.einsum("k,kmj,mn,kxn->kjx", transport.measure, after, outer, before, optimize=True)
-            pulled = self.search.pulled(domain.name, self.packed[domain.name], weights)
-            for label, place in self.search.places[domain.name].items():
-                found[self.search.labels.index(label)] += pulled[place]
+    def gradient(self, outers: Sequence[Matrix]) -> Vector:
+        """Return the gradient in the logarithms of the gains of a function with these slopes in ``matrices``."""
+        found, orbit = np.zeros(self.values.size), self.search.orbit
+        for events, outer in zip(orbit.events, outers, strict=True):
+            both = sides(orbit, events, self.transports)
+            for domain, (left, right), transport in zip(orbit.domains, both, self.transports, strict=True):
+                before, after = sandwiched(left, right, transport)
+                weights = np.einsum("k,kmj,mn,kxn->kjx", transport.measure, after, outer, before, optimize=True)
+                pulled = self.search.pulled(domain.name, self.packed[domain.name], weights)
+                for label, place in self.search.places[domain.name].items():
+                    found[self.search.labels.index(label)] += pulled[place]
         return found * self.values
 
 
@@ -136,8 +137,8 @@ class GainSearch:
             for label, place in places.items():
                 packed[name][place] = values[self.labels.index(label)]
         transports = tuple(_transport(domain.name, self.orbit, packed[domain.name]) for domain in self.orbit.domains)
-        matrix = reduced(self.orbit, transports)
-        return GainMap(matrix=matrix, search=self, values=values, packed=packed, transports=transports)
+        matrices = reduced(self.orbit, transports)
+        return GainMap(matrices=matrices, search=self, values=values, packed=packed, transports=transports)
 
     def pulled(self, domain: str, packed: Vector, weights: NodeValues) -> Vector:
         """Return the gradient in p of the sum over all nodes of the weights (k, n_joints, n_x) times du/dx."""
@@ -171,15 +172,15 @@ class GainSearch:
         drift = float(np.abs(found.state - feedback.start)[2:].max())
         if drift > LARGEST_DRIFT:
             raise WorkError(f"new gains moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")
-        matrix = self.orbit.dual @ found.monodromy.matrix @ self.orbit.basis
-        power = 2 if gait.pattern.mirrored else 1
+        passages = passages_of(gait, system, found)
+        radius, bound = radius_and_bound(self.orbit, passages, gait.pattern.mirrored)
         return Closed(
             theta=theta,
             gait=replace(gait, feedback=replace(feedback, start=np.array(found.state))),
-            system=system,
+            passages=passages,
             found=found,
-            radius=float(np.abs(np.linalg.eigvals(matrix)).max()) ** power,
-            bound=smoothed_radius(matrix, TRACE).value ** power,
+            radius=radius,
+            bound=bound,
             drift=drift,
         )
 
@@ -191,7 +192,7 @@ class GainSearch:
     def pulls(self, theta: Vector) -> dict[str, float]:
         """Return by how much every gain would change log r: label -> size of the slope."""
         here = self.evaluate(theta)
-        slope = here.gradient(smoothed_radius(here.matrix, TRACE).slope)
+        slope = here.gradient([smoothed_radius(one, TRACE).slope / len(here.matrices) for one in here.matrices])
         return dict(zip(self.labels, map(float, np.abs(slope)), strict=True))
 
 
@@ -207,13 +208,11 @@ def _sampled(
 ) -> Orbit:
     names = [stance.name for stance in gait.pattern.solved]
     loops = dict(zip(names, law.loops(gait, None, numbers), strict=True))
-    durations = dict(zip(names, found.monodromy.durations, strict=True))
     turns = [item.generator(found.state) for item in symmetries(gait, law) if item.name == "yaw"]
     return sample_orbit(
-        system,
+        passages_of(gait, system, found),
         found.state,
         loops,
-        durations,
         natural_units(gait.robot, float(found.state[2])),
         [np.asarray(turn).ravel() for turn in turns],
     )

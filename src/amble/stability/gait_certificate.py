@@ -10,7 +10,7 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import content_hash, to_dict
 from amble.gait.limits import sensible_rows
-from amble.hybrid import HybridSystem
+from amble.hybrid import SIMULTANEOUS, HybridSystem
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
 from amble.robot.natural_units import velocity_unit
@@ -19,7 +19,6 @@ from amble.simulation import Trace
 from amble.stability.certificate import Certificate, finite, row_to_dict
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import section_distances
-from amble.stability.landing_orders import landing_order_rows
 from amble.stability.orbit_conditions import GROUND, LANDING, RECORD, orbit_conditions
 from amble.stability.spectrum import Spectrum, multipliers
 from amble.types import Json, Vector
@@ -34,8 +33,7 @@ def certified_orbit(
     """Return a gait's closed loop, its fixed point and the conditions that hold on that orbit; the rest is stability.
 
     Before the closed loop: the robot can be built, the limits are sensible, the record is a motion of that robot under
-    the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground,
-    and where they land one by one the map contracts in every order.
+    the outputs of the gait problem. On the closed loop's own orbit: it is the recorded one, its feet meet the ground.
 
     Args:
         gait: the gait.
@@ -58,8 +56,7 @@ def certified_orbit(
     system = closed_loop(gait, law)
     found = closed_loop_fixed_point(gait, notify, law)[1]
     orbit = orbit_conditions(gait, system, found.state)
-    notify(ProgressReport(what="orders of landing"))
-    return system, found.state, _sound((*conditions, *orbit, *landing_order_rows(gait, found.state, law)))
+    return system, found.state, _sound((*conditions, *orbit))
 
 
 def _sound(rows: tuple[Residual, ...]) -> tuple[Residual, ...]:
@@ -106,7 +103,8 @@ def does_not_say(gait: Gait) -> tuple[str, ...]:
     """Return what a reader may not take from a certificate of the gait."""
     torques = gait.limits.torques.values()
     range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
-    together = [switch.name for switch in gait.pattern.all_switches if len(switch.landing) > 1]
+    at_once = gait.pattern.landing_rule == SIMULTANEOUS
+    together = [switch.name for switch in gait.pattern.all_switches if at_once and len(switch.landing) > 1]
     orders = f"the feet of one switch landing at different times ({', '.join(together)})"
     return (
         f"torque limits ({range_of}) or limits of speeds and positions, which `amble check` and `amble simulate` see",

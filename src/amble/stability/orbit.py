@@ -7,15 +7,16 @@ its resets stay; only the slope of the vector field depends on the weights (docs
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 from numpy.polynomial import legendre
 
 from amble.control.closed_loop import StanceLoop
-from amble.hybrid import HybridSystem
-from amble.stability.monodromy import event_factor
+from amble.hybrid import Domain, HybridSystem, Transition
+from amble.hybrid.system import numeric
+from amble.stability.monodromy import Monodromy, event_factor
 from amble.types import Matrix, NodeValues, Vector
 
 PANELS = 12
@@ -41,6 +42,9 @@ class GaussRule:
         return cls(nodes, 0.5 * halves, integration)
 
 
+RULE = GaussRule.of(STAGES)
+
+
 @dataclass(frozen=True, kw_only=True)
 class DomainOrbit:
     """The orbit in one domain.
@@ -51,7 +55,7 @@ class DomainOrbit:
         clock: at the panels' Gauss nodes, (panels, stages), s.
         states: there, (panels, stages, n_x).
         event: slope of the state after the reset with respect to the state before the event at fixed clock,
-            (n_x, n_x).
+            (n_x, n_x); where feet land one by one, of that after the last landing.
         variation: compiled (t, x, p) -> (d field / d x, R, E) of ``control.closed_loop.StanceLoop``.
     """
 
@@ -74,62 +78,84 @@ class Orbit:
             orthonormal where every state is counted in its unit, (n_x, m): every state after the reset lies in it, so
             the multipliers of the map are those of dual A basis.
         dual: the left inverse of basis that takes a state to its coordinates, (m, n_x).
+        events: of all domains, for every order in which feet may land; the first are those of ``domains``.
     """
 
     domains: tuple[DomainOrbit, ...]
     start: Vector
     basis: Matrix
     dual: Matrix
+    events: tuple[tuple[Matrix, ...], ...]
 
 
 def sample_orbit(
-    system: HybridSystem,
+    passages: Sequence[tuple[HybridSystem, Monodromy]],
     start: Vector,
     loops: Mapping[str, StanceLoop],
-    durations: Mapping[str, float],
     units: Vector,
     neutral: Sequence[Vector] = (),
 ) -> Orbit:
-    """Sample the orbit that starts at a fixed point of a system with the given durations.
+    """Sample the orbit that starts at a fixed point.
 
     Args:
-        system: the closed loop whose cycle is the map under study.
+        passages: the closed loop whose cycle is the map under study, and the derivative at the fixed point: one, or one
+            for every order of landing.
         start: the fixed point, (n_x,).
-        loops: domain -> its compiled functions.
-        durations: domain -> duration on the orbit, s.
+        loops: solved domain -> its compiled functions.
         units: how large a change of each state counts as one, (n_x,).
         neutral: directions at the start, beside horizontal position, in which every point is on the same orbit, (n_x,).
     """
+    sampled = [_sampled(system, passage, np.asarray(start, dtype=np.float64), loops) for system, passage in passages]
+    events = tuple(tuple(domain.event for domain in domains) for domains in sampled)
+    last = np.hstack([order[-1] / units[:, None] for order in events])
+    image = _image(last, [direction / units for direction in neutral])
+    return Orbit(tuple(sampled[0]), np.asarray(start), units[:, None] * image, image.T / units, events)
+
+
+def _sampled(
+    system: HybridSystem, passage: Monodromy, start: Vector, loops: Mapping[str, StanceLoop]
+) -> list[DomainOrbit]:
+    """Follow the arcs of a cycle; those between landings, which last no time, belong to the event before them."""
+    leaving = {transition.name: transition for transition in system.transitions}
+    domains, entry = list[DomainOrbit](), start
+    for name, duration, factor in zip(passage.transitions, passage.durations, passage.factors, strict=True):
+        transition = leaving[name]
+        domain = system.domain(transition.source)
+        if domain.name in loops:
+            found, before = _followed(domain, transition, duration, entry, loops[domain.name])
+            domains.append(found)
+            entry = numeric(transition.reset(duration, before, domain.parameters))
+        else:
+            domains[-1] = replace(domains[-1], event=factor @ domains[-1].event)
+            before = entry + duration * numeric(domain.field(0.0, entry, domain.parameters))
+            entry = numeric(transition.reset(duration, before, domain.parameters))
+    return domains
+
+
+def _followed(
+    domain: Domain, transition: Transition, duration: float, entry: Vector, loop: StanceLoop
+) -> tuple[DomainOrbit, Vector]:
+    """Sample one domain; returns also the state before its event."""
     from scipy.integrate import solve_ivp
 
-    rule = GaussRule.of(STAGES)
-    domains, entry = [], np.asarray(start, dtype=np.float64)
-    for domain, transition in system.cycle():
-        duration = durations[domain.name]
-        clock = duration * (np.arange(PANELS)[:, None] + rule.nodes) / PANELS
+    clock = duration * (np.arange(PANELS)[:, None] + RULE.nodes) / PANELS
 
-        def rate(t: float, x: Vector, field: ca.Function = domain.field, p: Vector = domain.parameters) -> Vector:
-            return np.asarray(field(t, x, p)).ravel()
+    def rate(t: float, x: Vector) -> Vector:
+        return numeric(domain.field(t, x, domain.parameters))
 
-        motion = solve_ivp(
-            rate, (0.0, duration), entry, "DOP853", np.append(clock.ravel(), duration), rtol=1e-12, atol=1e-12
-        )
-        before = motion.y[:, -1]
-        event = event_factor(domain, transition, duration, before)
-        states = motion.y[:, :-1].T.reshape(PANELS, STAGES, entry.size)
-        domains.append(
-            DomainOrbit(
-                name=domain.name,
-                duration=duration,
-                clock=clock,
-                states=states,
-                event=event,
-                variation=loops[domain.name].variation,
-            )
-        )
-        entry = np.asarray(transition.reset(duration, before, domain.parameters)).ravel()
-    image = _image(domains[-1].event / units[:, None], [direction / units for direction in neutral])
-    return Orbit(tuple(domains), np.asarray(start), units[:, None] * image, image.T / units)
+    motion = solve_ivp(
+        rate, (0.0, duration), entry, "DOP853", np.append(clock.ravel(), duration), rtol=1e-12, atol=1e-12
+    )
+    before = motion.y[:, -1]
+    orbit = DomainOrbit(
+        name=domain.name,
+        duration=duration,
+        clock=clock,
+        states=motion.y[:, :-1].T.reshape(PANELS, STAGES, entry.size),
+        event=event_factor(domain, transition, duration, before),
+        variation=loop.variation,
+    )
+    return orbit, before
 
 
 def _image(event: Matrix, neutral: Sequence[Vector]) -> Matrix:

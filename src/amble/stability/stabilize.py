@@ -12,7 +12,6 @@ from amble.defaults import FREE, METHOD, METHODS, Method
 from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.gait.linearising_law import InputOutputLinearisation
-from amble.hybrid import SIMULTANEOUS
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability.gain_search import GainSearch
 from amble.stability.weight_search import Closed, WeightSearch, least_bound
@@ -42,8 +41,8 @@ class Step:
 
     Attributes:
         number: from 1; 0 is the start.
-        radius: spectral radius of a whole gait cycle.
-        bound: r of a whole gait cycle: V(x) = x^T W x falls by r^2 in it.
+        radius: spectral radius of a whole gait cycle; where feet land one by one, the largest of all orders.
+        bound: r of a whole gait cycle: V(x) = x^T W x falls by r^2 in it, in every order of landing.
         length: how far the weights moved.
         drift: how far the fixed point moved since the start, largest component.
         seconds: wall time since the start.
@@ -125,7 +124,8 @@ def stabilization(
         progress: called with every accepted step, and between them.
 
     Raises:
-        InputError: feet land one by one, the gait turns, or the control law has no gains that could be chosen.
+        InputError: feet land one by one in too many orders, the gait turns, or the control law has no gains that could
+            be chosen.
         UnknownNameError: a free coordinate or the method does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
@@ -133,11 +133,6 @@ def stabilization(
     began = time.perf_counter()
     if method != METHOD:
         raise UnknownNameError("method", method, METHODS)
-    if len(gait.pattern.visited) > len(gait.pattern.stances):
-        raise InputError(
-            f"weights are found under the landing rule '{SIMULTANEOUS}'; this gait's feet land "
-            f"{gait.pattern.landing_rule}: stabilise it under that rule, then certify it under its own"
-        )
     if not gait.command.straight:
         raise InputError("weights on roll, pitch and yaw see world axes, against which a gait with a yaw rate turns")
     notify = progress or silent

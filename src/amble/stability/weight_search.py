@@ -6,7 +6,8 @@ The problem (Akbari Hamed et al. 2014; docs/theory/stability.md, eq. 20 to 24): 
 r with r^2 W - A(theta)^T W A(theta) > 0. It is bilinear in W and theta. With trace W bounded by c its best W for given
 weights solves a Lyapunov equation, and r is the smoothed spectral radius (``lyapunov``): W is eliminated, and a smooth
 function of the weights alone is left, with an exact gradient. No linear model in the weights and no semidefinite
-program is needed.
+program is needed. Where feet land one by one the map has a derivative for every order of landing, and the mean of their
+log r is descended; whether one W serves all of them is then looked at (``common_bound``).
 """
 
 from __future__ import annotations
@@ -22,13 +23,17 @@ from amble.control.closed_loop import StanceLoop, stance_loops
 from amble.control.outputs import controllable
 from amble.errors import InputError, NotSolvedError, UnknownNameError, WorkError
 from amble.gait import Feedback, Gait
+from amble.gait.closed_loop import closed_loop
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport
 from amble.robot.natural_units import natural_units
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedback
+from amble.stability.common_bound import common_bound
 from amble.stability.fixed_point import FixedPoint
+from amble.stability.landing_orders import orders_of
 from amble.stability.lyapunov import smoothed_radius
+from amble.stability.monodromy import Monodromy, prepare_variational
 from amble.stability.orbit import Orbit, sample_orbit
 from amble.stability.weighted_map import WeightedMap, Weighting, weighted_map
 from amble.types import Matrix, Vector
@@ -51,11 +56,11 @@ class ParametrisedMap(Protocol):
     """The Poincare Jacobian for some values of the free parameters, such as ``weighted_map.WeightedMap``."""
 
     @property
-    def matrix(self) -> Matrix:
-        """The Jacobian on the orbit's basis, (m, m)."""
+    def matrices(self) -> tuple[Matrix, ...]:
+        """The Jacobian on the orbit's basis, (m, m), in every order of landing."""
 
-    def gradient(self, outer: Matrix) -> Vector:
-        """Return the gradient of a function whose slope with respect to ``matrix`` is outer."""
+    def gradient(self, outers: Sequence[Matrix]) -> Vector:
+        """Return the gradient of a function with these slopes with respect to ``matrices``."""
 
 
 def least_bound(
@@ -81,16 +86,17 @@ def least_bound(
 
     def objective(trial: Vector) -> tuple[float, Vector]:
         here = evaluate(trial)
-        found = smoothed_radius(here.matrix, TRACE)
+        found = [smoothed_radius(matrix, TRACE) for matrix in here.matrices]
+        mean = float(np.mean([np.log(one.value) for one in found]))
         if progress is not None:
             quantity = "contraction bound of the return map"
             progress(
                 ProgressReport(
-                    what="evaluation", done=next(numbers), of=EVALUATIONS, quantity=quantity, value=found.value
+                    what="evaluation", done=next(numbers), of=EVALUATIONS, quantity=quantity, value=float(np.exp(mean))
                 )
             )
-        value = float(np.log(found.value)) + SIZE_PENALTY * float(trial @ trial)
-        return value, here.gradient(found.slope) + 2.0 * SIZE_PENALTY * trial
+        slope = here.gradient([one.slope / len(found) for one in found])
+        return mean + SIZE_PENALTY * float(trial @ trial), slope + 2.0 * SIZE_PENALTY * trial
 
     options = {"maxfun": EVALUATIONS, "maxcor": MEMORY}
     bounds = None if largest is None else [(-largest, largest)] * theta.size
@@ -108,16 +114,17 @@ class Closed:
     Attributes:
         theta: the weights, (size,).
         gait: the gait with these weights, starting at the fixed point.
-        system: its solved stances as a hybrid system.
+        passages: its solved stances as a hybrid system with the derivative of its map, in every order of landing.
         found: the fixed point.
-        radius: spectral radius of a whole gait cycle.
-        bound: r of a whole gait cycle: V(x) = x^T W x falls by r^2 in it, trace W = ``bilinear.TRACE``.
+        radius: spectral radius of a whole gait cycle, the largest of all orders.
+        bound: r of a whole gait cycle: V(x) = x^T W x falls by r^2 in it, trace W = ``TRACE``; of several
+            orders that of the best common W.
         drift: how far the fixed point lies from that of theta = 0, largest component.
     """
 
     theta: Vector
     gait: Gait
-    system: HybridSystem
+    passages: tuple[tuple[HybridSystem, Monodromy], ...]
     found: FixedPoint
     radius: float
     bound: float
@@ -160,7 +167,9 @@ class WeightSearch:
         whole = replace(gait, feedback=feedback)
         system, found = closed_loop_fixed_point(whole)
         feedback = replace(feedback, start=np.array(found.state))
-        return cls(gait, feedback, _weighting(whole, feedback, free), _sampled(whole, system, found))
+        return cls(
+            gait, feedback, _weighting(whole, feedback, free), _sampled(whole, passages_of(whole, system, found), found)
+        )
 
     def evaluate(self, theta: Vector) -> WeightedMap:
         """Evaluate the return map's Jacobian on the stored orbit."""
@@ -182,21 +191,21 @@ class WeightSearch:
         drift = float(np.abs(found.state - self.feedback.start)[2:].max())
         if drift > LARGEST_DRIFT:
             raise WorkError(f"new output weights moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")
-        matrix = self.orbit.dual @ found.monodromy.matrix @ self.orbit.basis
-        power = 2 if gait.pattern.mirrored else 1
+        passages = passages_of(gait, system, found)
+        radius, bound = radius_and_bound(self.orbit, passages, gait.pattern.mirrored)
         return Closed(
             theta=theta,
             gait=replace(gait, feedback=replace(self.feedback_with(theta), start=np.array(found.state))),
-            system=system,
+            passages=passages,
             found=found,
-            radius=float(np.abs(np.linalg.eigvals(matrix)).max()) ** power,
-            bound=smoothed_radius(matrix, TRACE).value ** power,
+            radius=radius,
+            bound=bound,
             drift=drift,
         )
 
     def around(self, there: Closed) -> WeightSearch:
         """Go on from the orbit of a closed loop."""
-        return replace(self, orbit=_sampled(there.gait, there.system, there.found))
+        return replace(self, orbit=_sampled(there.gait, there.passages, there.found))
 
     def freeing(self, there: Closed, free: Sequence[str]) -> WeightSearch:
         """Go on from the weights of a closed loop, now theta = 0, with others free; drift counts from before."""
@@ -215,14 +224,31 @@ class WeightSearch:
         whole = self.gait_with(theta)
         everything = _weighting(whole, self.feedback_with(theta), names)
         here = weighted_map(self.orbit, everything, np.zeros(everything.size))
-        slope = here.gradient(smoothed_radius(here.matrix, TRACE).slope)
+        slope = here.gradient([smoothed_radius(one, TRACE).slope / len(here.matrices) for one in here.matrices])
         columns = np.concatenate([np.nonzero(mask)[1] for mask in everything.free.values()])
         return {name: float(np.linalg.norm(slope[columns == place])) for place, name in enumerate(names)}
 
 
-def _sampled(gait: Gait, system: HybridSystem, found: FixedPoint) -> Orbit:
-    durations = dict(zip((d.name for d in system.domains), found.monodromy.durations, strict=True))
-    return sample_orbit(system, found.state, _loops(gait), durations, natural_units(gait.robot, float(found.state[2])))
+def radius_and_bound(
+    orbit: Orbit, passages: Sequence[tuple[HybridSystem, Monodromy]], mirrored: bool
+) -> tuple[float, float]:
+    """Return spectral radius and bound of a whole gait cycle, on the basis of an orbit; see ``Closed``."""
+    matrices = [orbit.dual @ passage.matrix @ orbit.basis for _, passage in passages]
+    several, power = len(matrices) > 1, 2 if mirrored else 1
+    bound = common_bound(matrices).rate if several else smoothed_radius(matrices[0], TRACE).value
+    return max(float(np.abs(np.linalg.eigvals(matrix)).max()) for matrix in matrices) ** power, bound**power
+
+
+def passages_of(gait: Gait, system: HybridSystem, found: FixedPoint) -> tuple[tuple[HybridSystem, Monodromy], ...]:
+    """The map of the solved stances in every order of landing; the system's own where there is one."""
+    ordered = [closed_loop(gait, half=True, orders=order) for order in orders_of(gait)]
+    if not ordered:
+        return ((system, found.monodromy),)
+    return tuple((one, prepare_variational(one)(found.state)) for one in ordered)
+
+
+def _sampled(gait: Gait, passages: Sequence[tuple[HybridSystem, Monodromy]], found: FixedPoint) -> Orbit:
+    return sample_orbit(passages, found.state, _loops(gait), natural_units(gait.robot, float(found.state[2])))
 
 
 def _loops(gait: Gait) -> dict[str, StanceLoop]:

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from amble.control.virtual_constraints import repacked
 from amble.simulation.bound import bind
-from amble.stability.orbit import PANELS, STAGES, DomainOrbit, GaussRule, Orbit
+from amble.stability.orbit import PANELS, RULE, STAGES, DomainOrbit, Orbit
 from amble.types import Matrix, NodeValues, Vector
-
-RULE = GaussRule.of(STAGES)
 
 
 @dataclass(frozen=True)
@@ -79,58 +77,65 @@ class WeightedMap:
     """The Poincare Jacobian on the orbit's basis for one choice of weights, and what its gradient needs.
 
     Attributes:
-        matrix: (m, m); its eigenvalues are the multipliers, less those of horizontal position.
+        matrices: (m, m), one for every order of landing; the eigenvalues are the multipliers, less those of horizontal
+            position.
         orbit: the orbit.
         weighting: the free weights.
         transports: one a domain.
     """
 
-    matrix: Matrix
+    matrices: tuple[Matrix, ...]
     orbit: Orbit
     weighting: Weighting
     transports: tuple[Transport, ...]
 
     @property
     def radius(self) -> float:
-        """Spectral radius."""
-        return float(np.abs(np.linalg.eigvals(self.matrix)).max())
+        """Largest spectral radius."""
+        return max(float(np.abs(np.linalg.eigvals(matrix)).max()) for matrix in self.matrices)
 
-    def gradient(self, outer: Matrix) -> Vector:
-        """Return the gradient with respect to theta of a function whose slope with respect to ``matrix`` is outer.
+    def gradient(self, outers: Sequence[Matrix]) -> Vector:
+        """Return the gradient with respect to theta of a function with these slopes with respect to ``matrices``.
 
         On the orbit d field / d x changes by -K dH E, a matrix of rank one for one weight, so
         dPhi(T, 0) = - int Phi(T, t) [0; K] dH E Phi(t, 0) dt.
         """
-        collected = {}
-        both = sides(self.orbit, self.transports)
-        for domain, (left, right), transport in zip(self.orbit.domains, both, self.transports, strict=True):
-            before, after = sandwiched(left, right, transport)
-            collected[domain.name] = -np.einsum(
-                "k,kmr,mn,kcn->rc", transport.measure, after, outer, before, optimize=True
-            )
-        return self.weighting.gather(collected)
+        total = np.zeros(self.weighting.size)
+        for events, outer in zip(self.orbit.events, outers, strict=True):
+            collected = {}
+            both = sides(self.orbit, events, self.transports)
+            for domain, (left, right), transport in zip(self.orbit.domains, both, self.transports, strict=True):
+                before, after = sandwiched(left, right, transport)
+                collected[domain.name] = -np.einsum(
+                    "k,kmr,mn,kcn->rc", transport.measure, after, outer, before, optimize=True
+                )
+            total += self.weighting.gather(collected)
+        return total
 
 
-def sides(orbit: Orbit, transports: Sequence[Transport]) -> list[tuple[Matrix, Matrix]]:
-    """Return what stands left and right of Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis."""
-    factors = [d.event @ t.whole for d, t in zip(orbit.domains, transports, strict=True)]
+def sides(orbit: Orbit, events: Sequence[Matrix], transports: Sequence[Transport]) -> list[tuple[Matrix, Matrix]]:
+    """Return what stands left and right of Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis, for some events."""
+    factors = [event @ t.whole for event, t in zip(events, transports, strict=True)]
     found = []
-    for index, domain in enumerate(orbit.domains):
+    for index, event in enumerate(events):
         left, right = orbit.dual, orbit.basis
         for later in reversed(factors[index + 1 :]):
             left = left @ later
         for earlier in factors[:index]:
             right = earlier @ right
-        found.append((left @ domain.event, right))
+        found.append((left @ event, right))
     return found
 
 
-def reduced(orbit: Orbit, transports: Sequence[Transport]) -> Matrix:
-    """Return the Poincare Jacobian on the orbit's basis, (m, m)."""
-    total = orbit.basis
-    for domain, transport in zip(orbit.domains, transports, strict=True):
-        total = domain.event @ (transport.whole @ total)
-    return orbit.dual @ total
+def reduced(orbit: Orbit, transports: Sequence[Transport]) -> tuple[Matrix, ...]:
+    """Return the Poincare Jacobian on the orbit's basis, (m, m), in every order of landing."""
+    matrices = []
+    for events in orbit.events:
+        total = orbit.basis
+        for event, transport in zip(events, transports, strict=True):
+            total = event @ (transport.whole @ total)
+        matrices.append(orbit.dual @ total)
+    return tuple(matrices)
 
 
 def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedMap:
