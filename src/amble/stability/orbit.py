@@ -67,7 +67,7 @@ class DomainOrbit:
     variation: ca.Function
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Orbit:
     """A closed orbit.
 
@@ -109,7 +109,13 @@ def sample_orbit(
     events = tuple(tuple(domain.event for domain in domains) for domains in sampled)
     last = np.hstack([order[-1] / units[:, None] for order in events])
     image = _image(last, [direction / units for direction in neutral])
-    return Orbit(tuple(sampled[0]), np.asarray(start), units[:, None] * image, image.T / units, events)
+    return Orbit(
+        domains=tuple(sampled[0]),
+        start=np.asarray(start),
+        basis=units[:, None] * image,
+        dual=image.T / units,
+        events=events,
+    )
 
 
 def _sampled(

@@ -211,7 +211,7 @@ class WeightSearch:
         """Go on from the weights of a closed loop, now theta = 0, with others free; drift counts from before."""
         feedback = self.feedback_with(there.theta)
         weighting = _weighting(replace(self.gait, feedback=feedback), feedback, free)
-        orbit = _sampled(there.gait, there.system, there.found)
+        orbit = _sampled(there.gait, there.passages, there.found)
         return replace(self, feedback=feedback, weighting=weighting, orbit=orbit)
 
     def feedback_with(self, theta: Vector) -> Feedback:
