@@ -56,7 +56,7 @@ class Step:
     seconds: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Stabilized:
     """The result of a stabilisation.
 
@@ -131,10 +131,7 @@ def stabilization(
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
     """
     began = time.perf_counter()
-    if method != METHOD:
-        raise UnknownNameError("method", method, METHODS)
-    if not gait.command.straight:
-        raise InputError("weights on roll, pitch and yaw see world axes, against which a gait with a yaw rate turns")
+    _require_stabilizable(gait, method)
     notify = progress or silent
     notify(ProgressReport(what="orbit of the closed loop"))
     own = gait.control is None or isinstance(gait.control, InputOutputLinearisation)
@@ -158,7 +155,21 @@ def stabilization(
     reason = "; ".join(reasons)
     if here.radius >= 1.0:
         raise NotStabilizedError(_explanation(search, here, freed, reason))
-    return Stabilized(here.gait, tuple(steps), reason, here.theta.size, freed, time.perf_counter() - began)
+    return Stabilized(
+        gait=here.gait,
+        steps=tuple(steps),
+        reason=reason,
+        parameters=here.theta.size,
+        free=freed,
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _require_stabilizable(gait: Gait, method: str) -> None:
+    if method != METHOD:
+        raise UnknownNameError("method", method, METHODS)
+    if not gait.command.straight:
+        raise InputError("weights on roll, pitch and yaw see world axes, against which a gait with a yaw rate turns")
 
 
 def _descended(
