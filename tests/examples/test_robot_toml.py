@@ -88,8 +88,8 @@ def test_the_format_may_be_named(tmp_path: Path, both: tuple[Robot, Robot]) -> N
     assert replace(found, source="robot.toml") == both[0]
     with pytest.raises(InputError, match=r"'.*robot.txt' is not well-formed XML"):  # nothing says that it is no URDF
         load_robot(tmp_path / "robot.txt", FEET)
-    with pytest.raises(UnknownNameError, match="unknown format of robot files 'mjcf'; known: urdf, toml"):
-        load_robot(tmp_path / "robot.toml", FEET, format="mjcf")
+    with pytest.raises(UnknownNameError, match="unknown format of robot files 'sdf'; known: urdf, mjcf, xml, toml"):
+        load_robot(tmp_path / "robot.toml", FEET, format="sdf")
 
 
 def test_a_specification_names_the_file(tmp_path: Path, both: tuple[Robot, Robot]) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from amble.analysis import Comparison, ContactReport, Motion, Samples, actuators_for, is_papers, samples_of_gait
-from amble.control.actuator import PAPER
 from amble.gait import Gait
 from amble.report.allocation import law_table
 from amble.report.figures import (
@@ -211,6 +210,7 @@ def _torque_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
     joints = left_joints(run.gait.robot) if mirrored else run.gait.robot.joint_names
     legs = "the left legs" if mirrored else "all legs"
     last = list(run.two_cycles.torques)[-1]
+    motor = actuators_for(run.gait)[0]
     return {
         "torques": (
             torque_magnitudes(run.two_cycles, joints),
@@ -221,8 +221,8 @@ def _torque_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
             f"Torque against speed of {legs}; dotted, limits that the motion comes near.",
         ),
         "joint_power": (
-            joint_power(run.two_cycles, last, PAPER),
-            f"Mean power of every joint, law '{last}', motor '{PAPER.name}'.",
+            joint_power(run.two_cycles, last, motor),
+            f"Mean power of every joint, law '{last}', motor '{motor.name}'.",
         ),
     }
 

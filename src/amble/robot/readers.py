@@ -26,11 +26,9 @@ SHAPES = {"center": (3,), "inertia": (3, 3), "rotation": (3, 3), "translation": 
 
 
 def format_of(path: Path) -> str | None:
-    """Return the format that the suffix of a file's name says, URDF for ``.xml``; None where it says none."""
+    """Return the format that the suffix of a file's name says; None where it says none."""
     suffix = path.suffix.removeprefix(".").lower()
-    if suffix in READERS:
-        return suffix
-    return "urdf" if suffix == "xml" else None
+    return suffix if suffix in READERS else None
 
 
 def read_robot(path: Path, format: str | None = None) -> FileRobot:
