@@ -67,16 +67,10 @@ def test_a_wrong_specification(
     assert os.listdir() == ["spec.toml"]
 
 
-MASSLESS = """<robot name="r"><link name="b"><inertial><mass value="1"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="a"/>
-<joint name="j" type="revolute"><parent link="b"/><child link="a"/><axis xyz="0 1 0"/>
-<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
-
 ROBOTS = {
     "malformed": ("<robot", "not well-formed"),
     "fixed base": (FIXED_BASE, "fixed"),
     "jointless": ('<robot name="r"><link name="a"/></robot>', "no actuated joint"),
-    "massless": (MASSLESS, "no mass"),
 }
 
 

@@ -154,7 +154,9 @@ def kill_often(name: str, folder: Path, cache: Path, kills: int, seed: int) -> N
     assert not debris(cache)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "simulate" else pytest.mark.slow) for name in CASES]
+)
 def test_some_kills(name: str, tmp_path: Path, warm: Path) -> None:
     """One of each signal."""
     kill_often(name, tmp_path, warm, kills=3, seed=0)

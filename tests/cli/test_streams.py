@@ -34,8 +34,8 @@ def shell(command: str, folder: Path, **environment: str) -> subprocess.Complete
     [
         (COMPARE, ">/dev/full", 1, b"error: cannot write to standard output: No space left on device\n"),
         (INIT, "</dev/null 1<&0", 1, b"error: cannot write to standard output: Bad file descriptor\n"),
-        (INIT, ">/dev/full 2>/dev/full", 1, b""),
-        (COMPARE, "2>/dev/full", 0, b""),
+        pytest.param(INIT, ">/dev/full 2>/dev/full", 1, b"", marks=pytest.mark.slow),
+        pytest.param(COMPARE, "2>/dev/full", 0, b"", marks=pytest.mark.slow),
         (INIT, ">&-", 0, b""),
         (INIT, "2>&-", 0, b""),
         (INIT, ">&- 2>&- <&-", 0, b""),

@@ -51,7 +51,13 @@ def faulty_work(connection: object, cache: str) -> None:
 
 @pytest.mark.parametrize(
     ("seed", "signature"),
-    [(0, "hang or death"), (1, "hang or death"), (2, "something is printed"), (3, "MemoryError"), (4, "hang or death")],
+    [
+        (0, "hang or death"),
+        (1, "hang or death"),
+        (2, "something is printed"),
+        (3, "MemoryError"),
+        pytest.param(4, "hang or death", marks=pytest.mark.slow),
+    ],
 )
 def test_a_fault_of_a_process_is_seen(
     seed: int, signature: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

@@ -121,6 +121,7 @@ def test_the_return_map_is_continuous_where_both_land_at_once(trot: Gait, half: 
     assert np.max(np.abs(sides[0][1] - sides[1][1])) < 1e-6
 
 
+@pytest.mark.slow
 def test_every_order_has_its_derivative(
     trot: Gait, half: HybridSystem, orbit: Vector, in_turn: list[tuple[HybridSystem, Matrix]]
 ) -> None:

@@ -80,6 +80,7 @@ def test_steps_in_place_have_a_specific_power_instead_of_a_cost_of_transport() -
     assert numbers["specific_power"]["datasheet"] == pytest.approx(power, rel=1e-12)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_page_of_another_gait_does_not_speak_of_the_paper(tmp_path: Path) -> None:
     gait = replace(synthetic_gait(), law=PseudoInverse())
     gait = replace(gait, pattern=replace(gait.pattern, name="slow walk"))

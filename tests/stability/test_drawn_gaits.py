@@ -96,7 +96,7 @@ def test_what_leaves_the_closed_loop_leaves_the_certificate(
     assert found.period == pytest.approx(certificate.period, rel=1e-8)
 
 
-@pytest.mark.parametrize("seed", seeds(2, 6))
+@pytest.mark.parametrize("seed", seeds(1, 6))
 def test_under_other_weights_the_radius_is_that_of_the_changed_loop(biped: Gait, seed: int) -> None:
     draw = np.random.default_rng(seed)
     feedback, size = feedback_of(biped), 10.0 ** draw.uniform(-4.0, -1.0)

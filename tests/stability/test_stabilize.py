@@ -179,6 +179,7 @@ def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
     assert told[2].startswith("evaluation 1 of 150, contraction bound of the return map 1.52")
 
 
+@pytest.mark.slow
 def test_weights_grow_until_the_orbit_is_stable(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
     """Begun with a knee alone, which cannot help: the steepest weights follow, and every reason is kept."""
     monkeypatch.setattr("amble.stability.stabilize.FREE", ("fl_knee",))

@@ -24,7 +24,11 @@ from tests.robots import robot
 COMMANDS = {"lateral": (0.2, 0.1, 0.0), "turning": (0.2, 0.0, 0.6), "sideways turn": (0.0, 0.15, -0.5)}
 
 
-@pytest.fixture(scope="module", params=COMMANDS)
+@pytest.fixture(
+    scope="module",
+    # the last has both, so the others are for `make slow`
+    params=[*(pytest.param(name, marks=pytest.mark.slow) for name in ("lateral", "turning")), "sideways turn"],
+)
 def gait(request: pytest.FixtureRequest) -> Gait:
     speed, lateral, rate = COMMANDS[request.param]
     with pytest.MonkeyPatch.context() as patch:

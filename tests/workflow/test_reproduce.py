@@ -78,6 +78,7 @@ def test_a_failed_synthesis_leaves_the_earlier_run_whole(
     assert all(path.read_text() == "of another gait" for path in left)
 
 
+@pytest.mark.slow  # tests/cli/test_reproduce.py runs the same steps
 @pytest.mark.usefixtures("quick", "unrendered")
 def test_a_run_is_a_record_and_writes_only_where_told(
     posed: PosedProblem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
