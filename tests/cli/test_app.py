@@ -87,6 +87,19 @@ def test_a_bug_traces(monkeypatch: pytest.MonkeyPatch) -> None:
 HEAVY = ("numpy", "casadi", "rich", "pydantic", "matplotlib", "xarray", "cvxpy", "scipy")
 
 
+@pytest.mark.parametrize(("given", "found"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "2"}, "2")])
+def test_linear_algebra_has_one_thread_unless_the_user_says_otherwise(given: dict[str, str], found: str) -> None:
+    code = (
+        "import atexit, os, sys; sys.argv = ['amble', '--version']; from amble.cli import main\n"
+        "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'], 'numpy' in sys.modules)); main()"
+    )
+    without = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**without, **given}, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == f"{found} False"
+
+
 @pytest.mark.parametrize(
     "statement", ["import amble", "import amble.cli", "from amble.cli import main; main(['--help'])"]
 )

@@ -19,6 +19,9 @@ SENTENCES = {
     signal.SIGINT: "interrupted; files that were complete before are as they were",
     signal.SIGTERM: "terminated; files that were complete before are as they were",
 }
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
+"""The matrices here have tens of rows, for which OpenBLAS's threads only wait for each other, actively: a stabilisation
+takes 30 s of wall and 55 s of processor time with two of them, 17 and 15 s with one (docs/decisions.md)."""
 AGAIN = 0.05
 """Seconds after which an interruption that an import or a destructor swallowed is raised again."""
 
@@ -205,6 +208,8 @@ def main(arguments: list[str] | None = None) -> None:
     Args:
         arguments: of the program; those of this process if None, which then ends with it.
     """
+    if arguments is None:  # a process of our own, in which numpy was not imported yet
+        os.environ.setdefault(*ONE_THREAD)
     with Endings(own_process=arguments is None) as endings, tolerant_streams() as streams:
         code = endings.ending(lambda: _run(arguments))
         raise SystemExit(streams.code_with_losses(code))
