@@ -70,7 +70,7 @@ $(VENV)/bin/python:
 
 $(VENV)/run.stamp: requirements.txt pyproject.toml | $(VENV)/bin/python
 	$(INSTALL) hatchling editables
-	$(EDITABLE) '.[all]'
+	$(EDITABLE) '.[reproduce]'
 	touch $@
 
 $(VENV)/develop.stamp: $(VENV)/run.stamp
