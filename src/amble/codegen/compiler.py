@@ -26,8 +26,8 @@ POSIX = os.name == "posix"
 logger = logging.getLogger("amble")
 
 CANDIDATES = ("cc", "gcc", "clang")
-FLAGS = ("-O1", "-fPIC", "-shared", "-pipe")
-"""-O1 because the register allocation of higher levels takes minutes on node functions (docs/decisions.md)."""
+FLAGS = ("-Og", "-fPIC", "-shared", "-pipe")
+"""-Og because the register allocation of higher levels takes minutes on node functions (docs/decisions.md)."""
 
 STDERR_TAIL = 2000
 
