@@ -62,6 +62,7 @@ def test_a_gait_of_small_basin_is_certified_with_a_warning(tmp_path: Path, capsy
     assert tree["disturbance"]["basin"]["failed"]["reason"] in warning
 
 
+@pytest.mark.slow
 def test_the_json_object_has_what_the_file_says_of_disturbances(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

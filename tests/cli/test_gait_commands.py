@@ -56,6 +56,7 @@ def test_a_fall_exits_1_with_the_trace(tmp_path: Path, capsys: pytest.CaptureFix
     assert not load_trace(out).completed
 
 
+@pytest.mark.slow
 def test_another_law_walks_the_same_motion(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "drop.nc"
     assert exit_code("simulate", str(GAIT), "--cycles", "3", "--law", "drop", "--out", str(out)) == 0

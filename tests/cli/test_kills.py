@@ -169,7 +169,8 @@ def test_many_kills(name: str, tmp_path: Path, warm: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "number", [signal.SIGTERM, signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
+    "number",
+    [signal.SIGTERM, *(pytest.param(other, marks=pytest.mark.slow) for other in (signal.SIGKILL, signal.SIGINT))],
 )
 def test_a_kill_while_the_compiler_works(number: signal.Signals, tmp_path: Path) -> None:
     cache, folder = tmp_path / "cache", tmp_path / "work"

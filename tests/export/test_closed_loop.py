@@ -35,6 +35,7 @@ def test_twenty_cycles_are_the_same() -> None:
         assert np.max(np.abs(native.signals[name] - values)) <= 1e-7 * max(1.0, np.max(np.abs(values))), name
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 def test_a_trot_whose_feet_land_in_pairs_is_the_same(small_problem: GaitProblem) -> None:
     """Both loops from the recorded entry through both double landings of a cycle."""

@@ -87,6 +87,7 @@ def test_a_mirrored_gait_refuses_ground_that_is_not() -> None:
         amble(catalogue.astro(), Plane(slope=0.1, heading=0.5))
 
 
+@pytest.mark.slow
 def test_lift_off_on_a_slope_is_a_row_where_it_is_a_bound_on_the_level() -> None:
     """Walking with four and three feet by turns: a foot lifts while none lands."""
     robot = catalogue.astro()

@@ -26,6 +26,7 @@ def test_neighbours_start_from_each_other(small_problem: GaitProblem) -> None:
     assert second.seconds > 0.0
 
 
+@pytest.mark.slow
 def test_friction_changes_without_building_another_program(small_problem: GaitProblem) -> None:
     """Each gait keeps its own cone, and less friction costs more torque: a smaller set has no smaller minimum."""
     frictions, coarse = (0.6, 0.2), replace(small_problem, intervals=3)
@@ -50,6 +51,7 @@ def test_a_failure_is_reported_and_the_sweep_goes_on(small_problem: GaitProblem)
     assert not second.warm
 
 
+@pytest.mark.slow
 def test_one_structure(small_problem: GaitProblem) -> None:
     with pytest.raises(InputError, match="one structure"):
         list(sweep([small_problem, replace(small_problem, intervals=6)]))
