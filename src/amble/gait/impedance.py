@@ -104,8 +104,8 @@ class Impedance(TorqueLaw):
             UnknownNameError: a gain names a joint that the robot does not have.
         """
         length = robot.leg_length
-        scale = robot.mass * abs(robot.gravity) * length
-        units = scale, scale * float(np.sqrt(length / abs(robot.gravity)))
+        scale = robot.mass * robot.gravity * length
+        units = scale, scale * float(np.sqrt(length / robot.gravity))
         standing = {joint for foot in stance.feet for joint in robot.legs[foot]}
         found = []
         for what, unit, on, off in zip(SINGLE, units, STANCE, SWING, strict=True):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat
 
-from amble.proof.arithmetic import column, identity, inside, largest, row_sum_norm, symmetric
+from amble.proof.arithmetic import column, horner, identity, inside, largest, row_sum_norm, symmetric
 from amble.proof.leg import Leg, ProofError, Surface
 from amble.proof.moving_set import MovingSet
 from amble.proof.step import Step, StepError, take_step
@@ -160,7 +160,7 @@ def _root(leg: Leg, clock: arb, done: Step, start: arb) -> arb | None:
     """Newton for the time at which the centre's polynomial meets the guard; not rigorous, and need not be."""
     at = start
     for _ in range(NEWTON_STEPS):
-        state = [_polynomial([row[i].mid() for row in done.polynomial], at) for i in range(leg.field.size)]
+        state = [horner([row[i].mid() for row in done.polynomial], at).mid() for i in range(leg.field.size)]
         value, along, drift = leg.exit.at(clock + at, state, leg.parameters)
         change = (value / leg.rate(clock + at, state, along, drift)).mid()
         at = (at - change).mid()
@@ -219,10 +219,3 @@ def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[list[arb]
             return tube, reach
         reach = 2 * reach
     raise ProofError(f"the crossing of the {leg.exit.name} could not be enclosed {leg.place(clock)}")
-
-
-def _polynomial(coefficients: Sequence[arb], at: arb) -> arb:
-    total = coefficients[-1]
-    for value in reversed(coefficients[:-1]):
-        total = (total * at + value).mid()
-    return total

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from typing import TypeVar
 
 import numpy as np
 from flint import arb, arb_mat, ctx
@@ -81,6 +82,17 @@ def midpoints(matrix: arb_mat) -> Matrix:
 def row_sum_norm(matrix: arb_mat) -> arb:
     """Return an upper bound of the norm that belongs to the largest entry: the largest sum of a row's sizes."""
     return largest(sum((value.abs_upper() for value in row), start=arb(0)) for row in matrix.tolist())
+
+
+Coefficient = TypeVar("Coefficient", arb, arb_mat)
+
+
+def horner(coefficients: Sequence[Coefficient], at: arb) -> Coefficient:
+    """Return the value of a polynomial, lowest power first, by Horner's rule."""
+    total = coefficients[-1]
+    for value in reversed(coefficients[:-1]):
+        total = total * at + value
+    return total
 
 
 def fraction(value: arb) -> Fraction:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from flint import arb, arb_mat
 
 from amble.errors import WorkError
-from amble.proof.arithmetic import between, identity, inside, largest, symmetric
+from amble.proof.arithmetic import between, horner, identity, inside, largest, row_sum_norm, symmetric
 from amble.proof.tape import NOT_ENCLOSED
 from amble.proof.taylor import Coefficients, Field, variation
 
@@ -72,7 +72,7 @@ def take_step(
             passed = _variational(field, clock, motion, tube, length, order)
             if passed is not None:
                 polynomial = [*field.motion(clock, centre, order - 1), tube.remainder]
-                image = [_value([row[i] for row in polynomial], length) for i in range(field.size)]
+                image = [horner([row[i] for row in polynomial], length) for i in range(field.size)]
                 return Step(length=length, tube=tube.box, polynomial=polynomial, image=image, slope=passed)
         length = length / 2
     raise StepError(f"no enclosure of the motion at clock {clock.str(6, radius=False)} s")
@@ -93,7 +93,7 @@ def _enclosure(field: Field, clock: arb, motion: Coefficients, length: arb, orde
     span = between(arb(0), length)
     during = between(clock, clock + length)
     last = length**order
-    polynomial = [_value([row[i] for row in motion[:order]], span) for i in range(field.size)]
+    polynomial = [horner([row[i] for row in motion[:order]], span) for i in range(field.size)]
     scale = largest(value - value.mid() for value in polynomial)
     slack = [4 * last * largest([value]) + scale / 2**20 for value in motion[order]]
     for _ in range(INFLATIONS):
@@ -120,26 +120,12 @@ def _variational(
     during = between(clock, clock + length)
     remainder = variation(field.slopes(during, tube.motion[:order]), one, order)[order]
     span = between(arb(0), length)
-    known = _matrix_value(powers, span)
+    known = horner(powers, span)
     step = remainder * length**order
     # V in known + [0,1] step V: the largest entry of |V - known| is at most |step| |known| / (1 - |step|), by columns
-    gain = largest(sum((value.abs_upper() for value in row), start=arb(0)) for row in step.tolist())
+    gain = row_sum_norm(step)
     if not gain < arb(0.5):
         return None
     extra = symmetric(gain * largest(known.entries()) / (1 - gain))
     around = arb_mat(size, size, [value + extra for value in known.entries()])
-    return _matrix_value(powers, length) + step * around
-
-
-def _value(coefficients: Sequence[arb], at: arb) -> arb:
-    total = coefficients[-1]
-    for value in reversed(coefficients[:-1]):
-        total = total * at + value
-    return total
-
-
-def _matrix_value(coefficients: Sequence[arb_mat], at: arb) -> arb_mat:
-    total = coefficients[-1]
-    for value in reversed(coefficients[:-1]):
-        total = total * at + value
-    return total
+    return horner(powers, length) + step * around

@@ -60,7 +60,7 @@ def with_friction(robot: Robot, friction: Mapping[str, float], width: float | No
     """
     if width is None:
         known = robot.leg_length > 0.0 and robot.gravity != 0.0
-        width = FRICTION_WIDTH * (sqrt(abs(robot.gravity) / robot.leg_length) if known else 1.0)
+        width = FRICTION_WIDTH * (sqrt(robot.gravity / robot.leg_length) if known else 1.0)
     if not width > 0.0:
         raise InputError(f"the width of the dry friction is {width:g} rad/s; it must be positive: friction_width")
     joints = (

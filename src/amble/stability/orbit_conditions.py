@@ -166,6 +166,6 @@ def _rising_rows(gait: Gait, system: HybridSystem, trace: Trace) -> list[Residua
             point = np.asarray(kinematics.foot_position(robot, foot, q)).ravel()
             jacobian = np.asarray(kinematics.foot_jacobian(robot, foot, q))
             bias = np.asarray(kinematics.foot_bias(robot, foot, q, v)).ravel()
-            up = float(pattern.ground.normal(point) @ (jacobian @ a + bias)) / abs(robot.gravity)
+            up = float(pattern.ground.normal(point) @ (jacobian @ a + bias)) / robot.gravity
             rows.append(Residual(f"{switch.name} {foot} acceleration upwards just after lift-off", 0.0, up, np.inf))
     return rows

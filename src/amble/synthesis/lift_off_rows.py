@@ -32,5 +32,5 @@ def lift_off_rows(
     for foot in switch.leaving:
         acceleration = kinematics.foot_jacobian(robot, foot, q) @ a + kinematics.foot_bias(robot, foot, q, v)
         along = into_frame(acceleration, ground.frame(kinematics.foot_position(robot, foot, q)))
-        rows.append(along[2] / abs(robot.gravity))
+        rows.append(along[2] / robot.gravity)
     return rows, RowKind.LIFT_OFF.labels(*(f"lift-off acceleration {foot} (g)" for foot in switch.leaving))

@@ -229,7 +229,7 @@ def validate(
     if cycles < 1:
         raise InputError(f"{cycles} cycles were asked for; a walk has at least 1")
     notify, robot = progress or silent, gait.robot
-    gravity = abs(robot.gravity)
+    gravity = robot.gravity
     mass, length = (1.0, 1.0) if absolute else (robot.mass / ASTRO_MASS, robot.leg_length / ASTRO_LENGTH)
     time = 1.0 if absolute else float(np.sqrt(length * ASTRO_GRAVITY / gravity))
     loop, found = Loop(gait, law, CONFIRM * time), list[CaseResult]()

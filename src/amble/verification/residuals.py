@@ -144,7 +144,7 @@ class Sizes:
 @lru_cache(maxsize=16)
 def sizes(robot: Robot) -> Sizes:
     """Return the smallest sizes for a robot."""
-    length, gravity = robot.leg_length, abs(robot.gravity)
+    length, gravity = robot.leg_length, robot.gravity
     positions, rates = np.split(natural_units(robot, length), 2)
     force = LOAD * robot.mass * gravity
     return Sizes(

@@ -71,7 +71,7 @@ def _lift_off(gait: Gait, domain: SampledDomain, following: SampledDomain, last:
         acceleration = at.jacobian[0] @ following.trajectory.accelerations[0] + at.contact_bias[0]
         along = alone.contact.local(acceleration, alone.ground.frame(at.positions[0, at.foot(twin)]))
         name = f"{domain.switch.name} acceleration upwards just after lift-off {foot}"
-        rise = np.array([along[2] / abs(gait.robot.gravity)])
+        rise = np.array([along[2] / gait.robot.gravity])
         found.append(limit("lift-off", name, rise, NO_TIME, (0.0, np.inf), 0.0))
     return found
 

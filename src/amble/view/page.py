@@ -124,7 +124,7 @@ def _payload(replay: Replay) -> Json:
         "frames": len(replay.times),
         "cycles": replay.cycles,
         "length": robot.leg_length,
-        "weight": robot.mass * abs(robot.gravity),
+        "weight": robot.mass * robot.gravity,
         "friction": replay.friction,
         "links": [link.name for link in robot.links],
         "feet": list(robot.foot_names),
