@@ -28,11 +28,19 @@ def validate(
     absolute: Annotated[
         bool, typer.Option("--absolute", help="Take the cases' figures as they are, not scaled to the robot.")
     ] = False,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="Where to write the walk of the case, one, as a trace (netCDF) for `amble view`.", show_default=False
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Where to write the results (JSON).")] = Path("validation.json"),
 ) -> None:
     """Walk a gait in MuJoCo under eighteen errors of plant and measurement; exits 1 where a case does not pass."""
+    from amble.gait.closed_loop import trace_units
     from amble.gait.files import load_gait
     from amble.report import write_results
+    from amble.simulation import save_trace
     from amble.validation import BATTERY
     from amble.validation import validate as walk
 
@@ -45,10 +53,15 @@ def validate(
     walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     cases = [known[name] for name in case] if case else BATTERY
+    if record is not None and len(cases) != 1:
+        raise InputError("--record writes one walk: name its case, such as --case nominal")
     with progress("walking in MuJoCo") as notify:
-        found = walk(walker, chosen, cases, cycles, seed, absolute, notify)
+        found = walk(walker, chosen, cases, cycles, seed, absolute, notify, record is not None)
     show(str(found))
     result(validation=found.to_dict())
+    if record is not None and (trace := found.results[0].trace) is not None:
+        held = {*trace.state_names, *trace.signals}
+        wrote(save_trace(trace, record, {key: unit for key, unit in trace_units(walker).items() if key in held}))
     wrote(write_results(out, {"validation": found.to_dict()}))
     if found.passed < len(found.results):
         raise WorkError(f"{len(found.results) - found.passed} of {len(found.results)} cases do not pass")

@@ -1,7 +1,7 @@
 """The battery: eighteen walks of one gait in MuJoCo, each wrong in another way, and what counts as passed.
 
-All sizes are those that ASTRo's amble was tried with, over the natural units of its robot: mass m, leg length l and
-gravity g make m g l of a torque, sqrt(l / g) of a time. So a case is as hard for a robot of another size.
+Sizes are those of ASTRo's amble in its robot's natural units, m g l of a torque, sqrt(l / g) of a time, ...; so a case
+is as hard for a robot of another size.
 """
 
 from __future__ import annotations
@@ -14,10 +14,13 @@ import numpy as np
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.io.facts import rows_html
 from amble.progress import Progress, ProgressReport, silent
+from amble.simulation import Trace
 from amble.types import Json
 from amble.validation.loop import Loop, Schedule, Walk
 from amble.validation.mujoco_model import POINT, Plant, mujoco_model
+from amble.validation.walk_trace import interval_of, walk_trace
 
 CYCLES = 60
 
@@ -92,6 +95,9 @@ STEP, CONFIRM, THRESHOLD = 5e-4, 1e-3, 5.0
 """Step of the plant, s, time that confirms a contact, s, and the force that sets a flag, N, at ASTRo's size."""
 
 
+HEADER = ("case", "cycles", "speed (m/s)", "RMS (N m)", "peak (N m)", "slip (%)", "outcome")
+
+
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
     """One case and what became of it.
@@ -101,12 +107,14 @@ class CaseResult:
         walk: what the walk came to.
         feet: of the robot.
         failures: why it does not pass, in words; empty where it does.
+        trace: the walk's motion, where it was recorded.
     """
 
     case: Case
     walk: Walk
     feet: int
     failures: tuple[str, ...]
+    trace: Trace | None = None
 
     @property
     def passed(self) -> bool:
@@ -122,6 +130,12 @@ class CaseResult:
     def slip(self) -> float:
         """Mean way that a foot slips, over the distance."""
         return self.walk.slip / self.feet / max(abs(self.walk.distance), 1e-9)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Its numbers as a table shows them."""
+        walk, slip = self.walk, f"{100.0 * self.slip:.2f}"
+        return str(walk.cycles), f"{self.speed:.3f}", f"{walk.rms:.3g}", f"{walk.peak:.3g}", slip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,16 +170,20 @@ class Validation:
 
     def __str__(self) -> str:
         """Return one line a case, in columns, and the count."""
-        rows = [["case", "cycles", "speed (m/s)", "RMS (N m)", "peak (N m)", "slip (%)", "outcome"]]
-        for result in self.results:
-            walk = result.walk
-            numbers = [f"{result.speed:.3f}", f"{walk.rms:.3g}", f"{walk.peak:.3g}", f"{100.0 * result.slip:.2f}"]
-            rows.append([result.case.name, str(walk.cycles), *numbers, "; ".join(result.failures) or "passed"])
+        rows = [HEADER, *self._rows]
         widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-        count = len(self.results)
-        upright = f"{self.upright} of {count} cases walked all {self.cycles} cycles upright"
-        return "\n".join([*lines, f"{upright}; {self.passed} of {count} passed"])
+        upright = f"{self.upright} of {len(self.results)} cases walked all {self.cycles} cycles upright"
+        return "\n".join([*lines, f"{upright}; {self.passed} of {len(self.results)} passed"])
+
+    def _repr_html_(self) -> str:
+        """Show the cases as a table in a notebook."""
+        title = f"{self.gait} of {self.robot} in MuJoCo: {self.passed} of {len(self.results)} cases passed"
+        return rows_html(title, HEADER, self._rows)
+
+    @property
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [(result.case.name, *result.cells, "; ".join(result.failures) or "passed") for result in self.results]
 
     def to_dict(self) -> Json:
         """Return it as a dictionary for a JSON file."""
@@ -205,11 +223,12 @@ def validate(
     seed: int = 1,
     absolute: bool = False,
     progress: Progress | None = None,
+    record: bool = False,
 ) -> Validation:
     """Walk a gait in MuJoCo, once a case, with its exported C controller in the loop.
 
-    A walk passes where all cycles are walked upright, the speed is the gait's within 15 %, the mean slip of a foot is
-    below 2 % of the distance, and no link came to the ground with its origin or its centre of mass.
+    A walk passes where all cycles are walked upright, at the gait's speed within 15 %, a foot's mean slip is below 2 %
+    of the distance, and no link came to the ground with its origin or its centre of mass.
 
     Args:
         gait: the gait, under control law ``Impedance``.
@@ -219,6 +238,7 @@ def validate(
         seed: of the noise.
         absolute: take the cases' figures as they are, instead of scaling them to the robot.
         progress: called before every case.
+        record: keep the motion of every walk, ``CaseResult.trace``.
 
     Raises:
         InputError: the gait is under another control law, does not walk on level ground, or MuJoCo is not installed.
@@ -236,16 +256,15 @@ def validate(
     for number, case in enumerate(cases):
         notify(ProgressReport(what=f"case '{case.name}'", done=number, of=len(cases)))
         plant, schedule = _scaled(case, mass, length, time, gravity if not absolute else ASTRO_GRAVITY)
-        walk = loop(mujoco_model(robot, plant), replace(schedule, cycles=cycles, seed=seed))
-        found.append(CaseResult(case=case, walk=walk, feet=len(robot.feet), failures=_failures(gait, walk, cycles)))
+        model, every = mujoco_model(robot, plant), interval_of(gait, plant.step) if record else 0
+        walk = loop(model, replace(schedule, cycles=cycles, seed=seed), every)
+        trace = walk_trace(gait, model, walk, cycles) if record else None
+        why = _failures(gait, walk, cycles)
+        found.append(CaseResult(case=case, walk=walk, feet=len(robot.feet), failures=why, trace=trace))
     return Validation(
-        gait=gait.pattern.name,
-        robot=robot.name,
-        cycles=cycles,
-        scales=(mass, length, time),
-        results=tuple(found),
+        gait=gait.pattern.name, robot=robot.name, cycles=cycles, scales=(mass, length, time), results=tuple(found),
         seed=seed,
-    )
+    )  # fmt: skip
 
 
 def _scaled(case: Case, mass: float, length: float, time: float, gravity: float) -> tuple[Plant, Schedule]:

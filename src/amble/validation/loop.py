@@ -72,7 +72,7 @@ class Walk:
         slip: way of feet that stand and are pressed, all together, m.
         deepest: how far an origin or centre of mass of a link came below the ground, m; negative above it.
         status: all bits that the controller told.
-        trace: time, stance, qpos, qvel, torques, normal forces, (rows, width); empty where none was asked for.
+        trace: time, stance, qpos, qvel, torques, contact forces (world), (rows, width); empty where none was asked for.
     """
 
     cycles: int
@@ -127,7 +127,7 @@ class Loop:
         start = start_state(self.gait)
         data.qpos[:], data.qvel[:] = to_mujoco(robot, model, start[: robot.size], start[robot.size :])
         settings = self._filled(model, schedule, float(start[2]))
-        result, width = self._outcome(), 2 + model.nq + model.nv + len(robot.joints) + len(robot.feet)
+        result, width = self._outcome(), 2 + model.nq + model.nv + len(robot.joints) + 3 * len(robot.feet)
         rows = int(settings.longest / model.opt.timestep / interval) + 1 if interval else 0
         trace = np.zeros((rows, width))
         self._library.walk(

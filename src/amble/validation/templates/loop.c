@@ -44,14 +44,22 @@ static double normal(void) {
   return r * cos(6.283185307179586 * uniform());
 }
 
-static void press(const mjModel *m, const mjData *d, const settings *s, double *force) {
-  int i, f;
-  for (f = 0; f < AMBLE_FEET; f++) force[f] = 0.0;
+/* Normal forces on the feet, and the whole forces in the world's axes. */
+static void press(const mjModel *m, const mjData *d, const settings *s, double *force, double (*whole)[3]) {
+  int i, f, k;
+  for (f = 0; f < AMBLE_FEET; f++) force[f] = whole[f][0] = whole[f][1] = whole[f][2] = 0.0;
   for (i = 0; i < d->ncon; i++) {
+    const mjtNum *axes = d->contact[i].frame;
     mjtNum wrench[6];
     mj_contactForce(m, d, i, wrench);
     for (f = 0; f < AMBLE_FEET; f++) {
-      if (d->contact[i].geom[0] == s->geom[f] || d->contact[i].geom[1] == s->geom[f]) force[f] += wrench[0];
+      int second = d->contact[i].geom[1] == s->geom[f];
+      if (!second && d->contact[i].geom[0] != s->geom[f]) continue;
+      force[f] += wrench[0];
+      for (k = 0; k < 3; k++) { /* the frame's first axis points from the first geom to the second */
+        double along = axes[k] * wrench[0] + axes[3 + k] * wrench[1] + axes[6 + k] * wrench[2];
+        whole[f][k] += second ? along : -along;
+      }
     }
   }
 }
@@ -79,7 +87,7 @@ void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *tr
   static double ring[RING][AMBLE_JOINTS];
   static amble_controller c;
   amble_command command;
-  double torque[AMBLE_JOINTS] = {0}, force[AMBLE_FEET], h = m->opt.timestep;
+  double torque[AMBLE_JOINTS] = {0}, force[AMBLE_FEET], whole[AMBLE_FEET][3], h = m->opt.timestep;
   double began = d->qpos[0];
   long k;
   int i, f, written = 0;
@@ -93,7 +101,7 @@ void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *tr
   mj_forward(m, d);
   for (k = 0; (double)k * h < s->longest; k++) {
     double t = (double)k * h;
-    press(m, d, s, force);
+    press(m, d, s, force, whole);
     for (f = 0; f < AMBLE_FEET; f++) {
       if (force[f] > s->threshold && amble_stands(c.stance, f)) r->slip += h * sliding(m, d, s->geom[f]);
     }
@@ -128,7 +136,7 @@ void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *tr
       memcpy(row + 2, d->qpos, (size_t)m->nq * sizeof *row);
       memcpy(row + 2 + m->nq, d->qvel, (size_t)m->nv * sizeof *row);
       memcpy(row + 2 + m->nq + m->nv, torque, sizeof torque);
-      memcpy(row + 2 + m->nq + m->nv + AMBLE_JOINTS, force, sizeof force);
+      memcpy(row + 2 + m->nq + m->nv + AMBLE_JOINTS, whole, sizeof whole);
     }
     mj_step(m, d);
     r->time = t + h;
