@@ -101,6 +101,7 @@ def run(requests: Iterable[tuple[str, int]], workers: int, seconds: float, cache
                     if verdict.outcome == "loaded":
                         tally.reasons[verdict.reason] += 1
                     if verdict.outcome == "failed":
+                        print(f"failed: {request[0]} {request[1]}: {verdict.signature}", file=sys.stderr, flush=True)
                         tally.failures.setdefault(verdict.signature, (*request, verdict))
         except BaseException as error:
             errors.put(error)
