@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -62,3 +64,14 @@ def test_numbers_that_are_no_motion_are_given_up(stabilised_gait: Gait) -> None:
     domain = sampled(stabilised_gait, 0, 1)
     with pytest.raises(WorkError, match="cannot be integrated"):
         integrate(domain.contacts, domain.loop, domain.positions[0], 100.0 * domain.velocities[0], domain.times)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_motion_that_leaves_the_numbers_there_are_is_given_up(seed: int, stabilised_gait: Gait) -> None:
+    """Gains of up to 1e308: a trial step is not finite any more, and no decomposition of its Jacobian converges."""
+    random = np.random.default_rng(seed)
+    domain = sampled(stabilised_gait, int(random.integers(2)), 1)
+    gains = (10.0 ** float(random.uniform(150.0, 308.0)), 10.0 ** float(random.uniform(0.0, 308.0)))
+    q = domain.positions[0] + 10.0 ** float(random.uniform(-16.0, 0.0))
+    with pytest.raises(WorkError, match="cannot be integrated|lose their rank"):
+        integrate(domain.contacts, replace(domain.loop, gains=gains), q, domain.velocities[0], domain.times)

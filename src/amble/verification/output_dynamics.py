@@ -146,6 +146,7 @@ class Record:
     near: Vector
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a trial step may leave the numbers there are: it is refused
 def integrate(
     contacts: Contacts,
     loop: OutputDynamics,
@@ -180,6 +181,8 @@ def integrate(
         if effort.left <= 0:
             raise WorkError(f"{what}: the evaluations that a check takes at most were spent at {t:g} s")
         effort.left -= 1
+        if not np.all(np.isfinite(x)):
+            return np.full_like(x, np.nan)  # no decomposition takes it; the solver tries a shorter step
         q, v = x[None, :size], x[None, size:]
         motion = loop.solve(terms(contacts, q, v), np.array([t]), q, v)
         return np.concatenate([v[0], motion.accelerations[0]])
