@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from amble.robot import catalogue, load_robot
+from amble.robot.readers import READERS
+from amble.robot.urdf import read_urdf
 from tests.cli.run import exit_code
 from tests.robots import path
 
@@ -66,3 +68,11 @@ def test_what_cannot_work_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert exit_code("robots", str(file)) == 0
     assert "- joint 'hip' cannot move: its range is 0 to 0 rad" in capsys.readouterr().out
     assert exit_code("robots", "--feet", feet) == 2
+
+
+def test_a_file_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was read and built a second time for the feet that it may have: half of the time of a long chain."""
+    read: list[Path] = []
+    monkeypatch.setitem(READERS._entries, "urdf", lambda file: (read.append(file), read_urdf(file))[1])
+    assert exit_code("robots", str(path("go2"))) == 0
+    assert read == [path("go2")]

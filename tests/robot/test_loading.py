@@ -246,9 +246,9 @@ def test_unknown_feet_and_twins_list_what_exists(write: Write) -> None:
         load_robot(file, {"a": "paw"})
     with pytest.raises(UnknownNameError, match="unknown foot 'b'; known: a"):
         load_robot(file, {"a": "toe"}, twins=[("a", "b")])
-    with pytest.raises(InputError, match="feet 'a' and 'b' are the same point of 'leg'"):
+    with pytest.raises(InputError, match="feet 'a' and 'b' of robot 'hopper' are the same point of 'leg'"):
         load_robot(file, {"a": "toe", "b": "ankle"})
-    with pytest.raises(InputError, match="gravity is nan"):
+    with pytest.raises(InputError, match="gravity of robot 'hopper' holds nan"):
         load(file, gravity=float("nan"))
 
 

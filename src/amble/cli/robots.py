@@ -26,19 +26,22 @@ def robots(
     """
     from amble.errors import printable
     from amble.robot import catalogue
-    from amble.robot.loading import load_robot
 
     if feet is not None and file is None:
         raise InputError("--feet are those of a URDF file; name that too")
     labelled = {} if feet is None else options.feet_of(feet)
-    found = [load_robot(file, labelled)] if file is not None else [catalogue.load(name) for name in catalogue.names()]
+    notes: list[str] = []
+    if file is None:
+        found = [catalogue.load(name) for name in catalogue.names()]
+    else:
+        robot, notes = _looked_at(file, labelled)
+        found = [robot]
     rows = [
         [printable(robot.name), f"{robot.mass:.2f}", str(len(robot.joints)), " ".join(robot.foot_names)]
         for robot in found
     ]
     print_table(["name", "mass (kg)", "joints", "feet"], rows, right=(1, 2))
     if file is not None:
-        notes = _notes(file, found[0])
         show("What is odd or cannot work:")
         for note in notes or ("nothing",):
             show(f"- {printable(note)}")
@@ -74,21 +77,26 @@ def _drives(robot: Robot) -> list[str]:
     ]
 
 
-def _notes(file: Path, robot: Robot) -> list[str]:
-    """Say what is odd about a robot; where no feet are named, which they may be."""
+def _looked_at(path: Path, feet: dict[str, str]) -> tuple[Robot, list[str]]:
+    """Read a file once; return its robot and what is odd about it, and where no feet are named, which they may be."""
+    from amble.robot.loading import carried_frames, robot_from
     from amble.robot.plausibility import asymmetry, doubts
-    from amble.robot.proposal import proposed_feet, standing_posture
+    from amble.robot.proposal import feet_by_position, standing_posture
+    from amble.robot.readers import read_robot
 
+    file = read_robot(path)
+    robot = robot_from(file, path, feet)
     notes = list(doubts(robot))
     if not robot.feet:
         try:
-            listing = ",".join(f"{label}={frame}" for label, frame in proposed_feet(file).items())
+            proposed = feet_by_position(robot, carried_frames(file, path), path.name)
         except InputError as error:
-            return [*notes, str(error)]
-        return [*notes, f"no feet are named; by position these may be --feet {listing}"]
+            return robot, [*notes, str(error)]
+        listing = ",".join(f"{label}={frame}" for label, frame in proposed.items())
+        return robot, [*notes, f"no feet are named; by position these may be --feet {listing}"]
     try:
         standing_posture(robot)
     except InputError as error:
         notes.append(str(error))
     uneven = asymmetry(robot)
-    return notes if uneven is None else [*notes, uneven]
+    return robot, notes if uneven is None else [*notes, uneven]

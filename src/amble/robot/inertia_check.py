@@ -10,7 +10,7 @@ from amble.robot.parts import Link
 from amble.robot.plausibility import SMALLEST_SHARE, smallest_share
 
 ROUNDING = 1e-9
-"""What roundoff may take from a principal moment, as a share of the largest moment of the robot: files hold -1e-35."""
+"""Smallest principal moment of a link that counts as one, as a share of its largest: files hold 1e-35."""
 
 
 def check_inertias(robot: Robot, file: str) -> None:
@@ -20,18 +20,11 @@ def check_inertias(robot: Robot, file: str) -> None:
     on it; only the whole mass matrix tells whether that is enough.
 
     Raises:
-        InputError: a mass or a principal moment is negative, or the mass matrix is singular.
+        InputError: the mass matrix is singular.
     """
-    weak, largest = [], max(float(np.abs(link.inertia).max()) for link in robot.links)
-    for index, link in enumerate(robot.links):
-        moments = np.linalg.eigvalsh(link.inertia)
-        reason = "; is this a fixed-base robot?" if index == 0 else ""
-        if link.mass < 0.0 or (index == 0 and not link.mass > 0.0 and not robot.mass > 0.0):
-            raise InputError(f"{file}: the moving link '{link.name}' has no mass ({link.mass:g} kg){reason}")
-        if moments[0] < -ROUNDING * largest:
-            raise InputError(f"{file}: the inertia of link '{link.name}' is not positive definite ({_smallest(link)})")
-        if not (link.mass > 0.0 and moments[0] > ROUNDING * moments[-1]):
-            weak.append(link)
+    moments = np.linalg.eigvalsh(np.stack([link.inertia for link in robot.links]))
+    whole = moments[:, 0] > ROUNDING * moments[:, -1]
+    weak = [link for link, own in zip(robot.links, whole, strict=True) if not (link.mass > 0.0 and own)]
     if weak and not smallest_share(robot) > SMALLEST_SHARE:
         raise InputError(_singular(weak, robot, file))
 
@@ -39,7 +32,8 @@ def check_inertias(robot: Robot, file: str) -> None:
 def _singular(weak: list[Link], robot: Robot, file: str) -> str:
     """One link is named with its numbers, several by name."""
     first = weak[0]
-    if len(weak) == len(robot.links) and all(np.ptp(np.diag(link.inertia)) > 0.0 for link in weak):
+    flat = all(link.mass > 0.0 and np.ptp(np.diag(link.inertia)) > 0.0 for link in weak)
+    if len(weak) == len(robot.links) and flat:
         return (
             f"{file}: no link has three positive moments of inertia (link '{first.name}': {_smallest(first)}), which "
             "makes a robot of a plane; amble walks in space: give every link all its moments"

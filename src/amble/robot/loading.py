@@ -68,8 +68,6 @@ def load_robot(
         InputError: anything else that cannot be used, in one sentence.
     """
     path = Path(path)
-    if not np.isfinite(gravity):
-        raise InputError(f"gravity is {gravity}, not a finite number")
     file = read_robot(path, format)
     robot = robot_from(file, path, feet, gravity, name, twins, symmetry_tolerance, adaptation)
     if robot.unused:
@@ -97,7 +95,6 @@ def robot_from(
         raise InputError(f"{path.name}: the robot has no actuated joint")
     moving = [_moving_joint(joint, index, placements[joint.parent]) for index, joint in enumerate(joints)]
     point_feet = _feet(feet, file, placements, adaptation.foot_offsets)
-    _check_distinct(point_feet, links, path)
     robot = Robot(
         name=file.name if name is None else name,
         source=path.name,
@@ -284,14 +281,6 @@ def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Pla
         raise UnknownNameError(f"link or joint for foot '{label}'", frame, (*links, *child_of))
     at = placements[link]
     return Foot(label, frame, at.carrier, frozen(at.translation + at.rotation @ offset))
-
-
-def _check_distinct(feet: tuple[Foot, ...], links: tuple[Link, ...], path: Path) -> None:
-    for i, foot in enumerate(feet):
-        for other in feet[:i]:
-            if foot.link == other.link and np.array_equal(foot.offset, other.offset):
-                where = links[foot.link].name
-                raise InputError(f"{path.name}: feet '{other.name}' and '{foot.name}' are the same point of '{where}'")
 
 
 def _twins(labels: tuple[str, ...], twins: Iterable[tuple[str, str]] | None) -> tuple[tuple[str, str], ...]:

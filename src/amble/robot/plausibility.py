@@ -10,11 +10,7 @@ from amble.robot.dynamics import mass_matrix
 from amble.robot.kinematics import zero_poses
 from amble.robot.mirror import find_mirror
 from amble.robot.model import Robot
-from amble.robot.parts import Joint, Link
 from amble.types import Vector
-
-ROUNDING = 1e-9
-"""What roundoff may take from a moment of inertia, as a share of the largest, or add to a frame."""
 
 SMALLEST_SHARE = 1e-9
 """Smallest eigenvalue of the mass matrix with a unit diagonal; less is singular to double precision."""
@@ -31,7 +27,7 @@ links of thirteen real robots have 0.022 to 0.35."""
 
 
 def physical_rows(robot: Robot, mirrored: bool) -> tuple[Residual, ...]:
-    """Return what must hold of a robot: gravity, masses, inertias, frames, mass matrix, and its symmetry if it is used.
+    """Return what equations of motion take for granted beyond what every ``Robot`` holds: mass matrix and symmetry.
 
     An inertia that breaks the triangle inequality belongs to no body but gives sound equations of motion; it passes.
 
@@ -39,35 +35,10 @@ def physical_rows(robot: Robot, mirrored: bool) -> tuple[Residual, ...]:
         robot: the robot.
         mirrored: whether its left-right mirror is used; its own ``symmetry_tolerance`` does not count here.
     """
-    rows = [Residual("gravity of the robot, positive", float(np.nextafter(0.0, 1.0)), robot.gravity, np.inf)]
-    for link in robot.links:
-        rows += _link_rows(link)
-    rows += [Residual(f"frame of joint '{joint.name}'", 0.0, _frame_error(joint), ROUNDING) for joint in robot.joints]
-    rows.append(
-        Residual("smallest eigenvalue of the scaled mass matrix", SMALLEST_SHARE, smallest_share(robot), np.inf)
-    )
+    rows = [Residual("smallest eigenvalue of the scaled mass matrix", SMALLEST_SHARE, smallest_share(robot), np.inf)]
     if mirrored:
         rows.append(Residual("left-right asymmetry of the robot", 0.0, robot.mirror.asymmetry, LARGEST_ASYMMETRY))
     return tuple(rows)
-
-
-def _link_rows(link: Link) -> list[Residual]:
-    """Mass and principal moments of a link."""
-    size = float(np.max(np.abs(link.inertia))) or 1.0
-    skewed = float(np.max(np.abs(link.inertia - link.inertia.T))) / size
-    moment = float(np.linalg.eigvalsh(0.5 * (link.inertia + link.inertia.T) / size)[0])
-    return [
-        Residual(f"mass of link '{link.name}'", 0.0, link.mass, np.inf),
-        Residual(f"asymmetry of the inertia of link '{link.name}', relative", 0.0, skewed, ROUNDING),
-        Residual(f"smallest principal moment of link '{link.name}', relative", -ROUNDING, moment, np.inf),
-    ]
-
-
-def _frame_error(joint: Joint) -> float:
-    """How far a joint's frame is from a rotation and its axis from a unit vector."""
-    skewed = float(np.max(np.abs(joint.rotation.T @ joint.rotation - np.eye(3))))
-    handed = abs(float(np.linalg.det(joint.rotation)) - 1.0)
-    return max(skewed, handed, abs(float(np.linalg.norm(joint.axis)) - 1.0))
 
 
 def smallest_share(robot: Robot) -> float:

@@ -6,6 +6,7 @@ Feet stand under the hips, knees bent. Which foot is which is for people to conf
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -54,12 +55,16 @@ def proposed_feet(path: str | Path) -> dict[str, str]:
     """
     path = Path(path)
     file = read_robot(path)
-    robot, frames = robot_from(file, path, {}), carried_frames(file, path)
+    return feet_by_position(robot_from(file, path, {}), carried_frames(file, path), path.name)
+
+
+def feet_by_position(robot: Robot, frames: Mapping[str, tuple[int, Vector]], source: str) -> dict[str, str]:
+    """Return what ``proposed_feet`` does for a robot that was read, with its ``carried_frames``; errors as there."""
     moved = {joint.parent for joint in robot.joints}
     ends = [link for link in range(1, len(robot.links)) if link not in moved and len(robot.chain(link)) >= SHORTEST]
     if len(ends) not in LABELS:
         raise InputError(
-            f"{path.name}: {len(ends)} chains of joints could be legs, so no feet are proposed; name them: "
+            f"{source}: {len(ends)} chains of joints could be legs, so no feet are proposed; name them: "
             "label=link for every foot"
         )
     ordered: list[int] = []

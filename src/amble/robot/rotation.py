@@ -21,6 +21,8 @@ def snap(directions: Matrix) -> Matrix:
 
 def rotation_of_rpy(angles: Vector) -> Matrix:
     """Return Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF for fixed frames (not the one of the base)."""
+    if not np.any(angles):
+        return np.eye(3)
     (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
