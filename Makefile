@@ -35,9 +35,10 @@ fuzz: $(VENV)/develop.stamp  ## drawn inputs for every reader and gaits through 
 fuzz-ci: $(VENV)/develop.stamp  ## the same for three minutes at most
 	$(FUZZ) --inputs 5000 --gaits 100 --seconds 70
 
-docs: $(VENV)/docs.stamp  ## the documentation site in build/docs: tutorials are run, links and addresses checked
+docs: $(VENV)/docs.stamp  ## the documentation site in build/docs: tutorials are run, commands too, links and addresses checked
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m sphinx -n -W --keep-going -q -b html docs build/docs
 	$(VENV)/bin/python -m docs.check_site build/docs
+	$(VENV)/bin/python -m docs.run_commands docs/start.md docs/tutorials/go2.md
 
 lint: $(VENV)/develop.stamp  ## style, types, layers
 	$(VENV)/bin/ruff check .

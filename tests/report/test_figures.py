@@ -1,11 +1,13 @@
 """Figures by content: what is drawn, where, with which labels."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from amble.analysis import Motion, Samples, samples_of_gait, samples_of_trace, torque_metrics
@@ -24,6 +26,7 @@ from amble.report.figures import (
     multiplier_circle,
     save,
     section_distance,
+    survival,
     torque_lines,
     torque_magnitudes,
     torque_speed,
@@ -293,3 +296,43 @@ def test_bars_of_power_add_up_to_the_metrics(two_cycles: Motion) -> None:
     metrics = torque_metrics(two_cycles, "pinv", PAPER)
     assert sum(heights[:count]) == pytest.approx(metrics.mechanical_power, rel=0.01)
     assert sum(heights[count:]) == pytest.approx(metrics.heat_power, rel=0.01)
+
+
+def test_survival_is_the_share_that_completed_so_many_cycles() -> None:
+    figure = survival({"0.01": [4, 0, 2, 4], "0.1": [1]}, cycles=4)
+    first, second = figure.axes[0].lines
+    assert list(first.get_ydata()) == [100.0, 75.0, 75.0, 50.0, 50.0]
+    assert list(second.get_ydata()) == [100.0, 100.0, 0.0, 0.0, 0.0]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.01 (4)", "0.1 (1)"]
+
+
+@pytest.mark.parametrize("walks", [{}, {"none": []}, {"more": [5]}, {"less": [-1]}])
+def test_walks_that_make_no_curve_are_refused(walks: dict[str, list[int]]) -> None:
+    with pytest.raises(InputError):
+        survival(walks, cycles=4)
+
+
+def test_every_figure_function_draws_into_a_given_figure(
+    optimised: Samples, simulated: Samples, two_cycles: Motion
+) -> None:
+    robot, multipliers = optimised.robot, np.array([0.5 + 0.1j])
+    draws: list[Callable[[Figure], Figure]] = [
+        lambda own: base_portraits(optimised, simulated, figure=own),
+        lambda own: joint_portraits(optimised, simulated, figure=own),
+        lambda own: cycle_portraits(simulated, figure=own),
+        lambda own: footfall(optimised.pattern, DURATIONS, figure=own),
+        lambda own: contact_forces(optimised, figure=own),
+        lambda own: foot_paths(optimised, figure=own),
+        lambda own: joint_power(two_cycles, "pinv", PAPER, figure=own),
+        lambda own: torque_speed(two_cycles, robot, left_joints(robot), figure=own),
+        lambda own: torque_lines(two_cycles, left_joints(robot), figure=own),
+        lambda own: torque_magnitudes(two_cycles, left_joints(robot), figure=own),
+        lambda own: multiplier_circle(multipliers, multipliers, figure=own),
+        lambda own: section_distance(np.array([1.0, 0.1]), 0.1, figure=own),
+        lambda own: survival({"all": [1]}, 1, figure=own),
+    ]
+    for draw in draws:
+        own = Figure(figsize=(5.0, 4.0))
+        assert draw(own) is own
+        assert own.axes
+        assert own.get_size_inches().tolist() == [5.0, 4.0]

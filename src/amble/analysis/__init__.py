@@ -18,6 +18,7 @@ from amble.analysis.limit_use import AllocationLimits, LimitUse
 from amble.analysis.motion import Motion
 from amble.analysis.reallocation import Allocated, reallocate
 from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace
+from amble.analysis.survival import survived_cycles
 
 __all__ = [
     "Allocated",
@@ -44,6 +45,7 @@ __all__ = [
     "reallocate",
     "samples_of_gait",
     "samples_of_trace",
+    "survived_cycles",
     "torque_metrics",
     "with_laws",
 ]

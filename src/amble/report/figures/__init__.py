@@ -1,4 +1,4 @@
-"""Figures; each function returns a matplotlib figure, and ``save`` writes it as PNG and PDF."""
+"""Figures; each function returns a matplotlib figure, a given one or a new one, and ``save`` writes it as PNG and PDF."""
 
 from amble.report.figures.actuation import joint_power, torque_speed
 from amble.report.figures.contacts import contact_forces, foot_paths
@@ -6,6 +6,7 @@ from amble.report.figures.footfall import footfall
 from amble.report.figures.orbital_stability import multiplier_circle, section_distance
 from amble.report.figures.portraits import base_portraits, cycle_portraits, joint_portraits
 from amble.report.figures.style import require_matplotlib, save
+from amble.report.figures.survival import survival
 from amble.report.figures.torques import left_joints, torque_lines, torque_magnitudes
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "require_matplotlib",
     "save",
     "section_distance",
+    "survival",
     "torque_lines",
     "torque_magnitudes",
     "torque_speed",

@@ -33,20 +33,21 @@ if TYPE_CHECKING:
 COLUMNS = 3
 
 
-def torque_speed(motion: Motion, robot: Robot, joints: Sequence[str]) -> Figure:
+def torque_speed(motion: Motion, robot: Robot, joints: Sequence[str], figure: Figure | None = None) -> Figure:
     """Draw the torque of some joints against their speed, one line a law, inside the limits of the robot's file.
 
     Args:
         motion: the motion with the torques of its laws.
         robot: whose limits are drawn; a joint without limits has no box.
         joints: names of the joints, one panel each.
+        figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
         UnknownNameError: where the motion has no such joint.
     """
     rows = -(-len(joints) // COLUMNS)
     with paper_style():
-        figure, axes = panels(rows, COLUMNS, PAGE, 0.5 + 1.7 * rows)
+        figure, axes = panels(rows, COLUMNS, PAGE, 0.5 + 1.7 * rows, figure=figure)
         for number, name in enumerate(joints):
             here, column = axes[number], _column(motion, name)
             for style, (law, torque) in enumerate(motion.torques.items()):
@@ -68,13 +69,14 @@ def torque_speed(motion: Motion, robot: Robot, joints: Sequence[str]) -> Figure:
     return figure
 
 
-def joint_power(motion: Motion, law: str, actuator: Actuator) -> Figure:
+def joint_power(motion: Motion, law: str, actuator: Actuator, figure: Figure | None = None) -> Figure:
     """Draw the mean mechanical power and heat of every joint over a motion, as stacked bars.
 
     Args:
         motion: the motion.
         law: which of its torques.
         actuator: the motor.
+        figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
         UnknownNameError: where the motion holds no torques of that law.
@@ -84,7 +86,7 @@ def joint_power(motion: Motion, law: str, actuator: Actuator) -> Figure:
     heat = _mean(motion, actuator.heat(torque))
     places = np.arange(len(motion.joints))
     with paper_style():
-        figure, (axes,) = panels(1, 1, PAGE, 2.4)
+        figure, (axes,) = panels(1, 1, PAGE, 2.4, figure=figure)
         axes.bar(places, mechanical, color=LAW_COLOURS[0], label="mechanical, without recuperation")
         axes.bar(places, heat, bottom=mechanical, color=VERMILION, label=f"heat (motor '{plain_text(actuator.name)}')")
         axes.set_xticks(places, [plain_text(name.replace("_", " ")) for name in motion.joints], rotation=45, ha="right")

@@ -26,17 +26,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def foot_paths(samples: Samples) -> Figure:
+def foot_paths(samples: Samples, figure: Figure | None = None) -> Figure:
     """Draw the path of every foot over the ground, seen from the side: forward relative to the base, height.
 
     Args:
         samples: the motion; one cycle shows each path once.
+        figure: an empty one to draw into, of any size; a new one by default.
     """
     points = _foot_points(samples)
     gaps = samples.pattern.ground.gap(points)
     forward = points[:, :, 0] - samples.positions[:, 0:1]
     with paper_style():
-        figure, (axes,) = panels(1, 1, COLUMN, 2.2)
+        figure, (axes,) = panels(1, 1, COLUMN, 2.2, figure=figure)
         for number, foot in enumerate(samples.robot.foot_names):
             colour = f"C{number % 10}"
             axes.plot(
@@ -51,11 +52,12 @@ def foot_paths(samples: Samples) -> Figure:
     return figure
 
 
-def contact_forces(samples: Samples) -> Figure:
+def contact_forces(samples: Samples, figure: Figure | None = None) -> Figure:
     """Draw every foot's normal force, its tangential force, and what the cone allows of that, over time.
 
     Args:
         samples: the motion.
+        figure: an empty one to draw into, of any size; a new one by default.
     """
     local = samples.local_forces(samples.forces)
     normal, tangential = local[:, :, 2], np.hypot(local[:, :, 0], local[:, :, 1])
@@ -65,7 +67,7 @@ def contact_forces(samples: Samples) -> Figure:
     columns = min(len(feet), 2)
     rows = -(-len(feet) // columns)
     with paper_style():
-        figure, axes = panels(rows, columns, PAGE, 0.5 + 1.5 * rows, sharex=True, sharey=True)
+        figure, axes = panels(rows, columns, PAGE, 0.5 + 1.5 * rows, sharex=True, sharey=True, figure=figure)
         for number, foot in enumerate(feet):
             here = axes[number]
             for values, colour, style, label in (

@@ -15,12 +15,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def footfall(pattern: GaitPattern, durations: Sequence[float]) -> Figure:
+def footfall(pattern: GaitPattern, durations: Sequence[float], figure: Figure | None = None) -> Figure:
     """Draw a bar for every stance phase of every foot over one cycle.
 
     Args:
         pattern: the gait pattern.
         durations: of all stances of the cycle, or of the solved half of a mirrored one, s.
+        figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
         InputError: where the number of durations does not fit the pattern.
@@ -31,7 +32,7 @@ def footfall(pattern: GaitPattern, durations: Sequence[float]) -> Figure:
     edges = np.concatenate([[0.0], np.cumsum(whole)])
     feet = pattern.robot.foot_names
     with paper_style():
-        figure, (axes,) = panels(1, 1, COLUMN, 0.9 + 0.22 * len(feet))
+        figure, (axes,) = panels(1, 1, COLUMN, 0.9 + 0.22 * len(feet), figure=figure)
         for row, foot in enumerate(feet):
             for number, stance in enumerate(pattern.stances):
                 if foot in stance.feet:

@@ -21,15 +21,16 @@ LEAST_SHOWN = 10
 """Cycles that the panel of the approach shows at least."""
 
 
-def multiplier_circle(before: FloquetMultipliers, after: FloquetMultipliers) -> Figure:
+def multiplier_circle(before: FloquetMultipliers, after: FloquetMultipliers, figure: Figure | None = None) -> Figure:
     """Draw multipliers with the unit circle: all of them on the left, the neighbourhood of the circle on the right.
 
     Args:
         before: multipliers of the orbit under the outputs of the gait problem, (n,).
         after: multipliers under the stabilised outputs, (n,).
+        figure: an empty one to draw into, of any size; a new one by default.
     """
     with paper_style():
-        figure, (whole, near) = panels(1, 2, PAGE, 3.7)
+        figure, (whole, near) = panels(1, 2, PAGE, 3.7, figure=figure)
         for axes in (whole, near):
             _draw_multipliers(axes, before, after)
         reach = 1.15 * max(1.0, float(np.max(np.abs(np.concatenate([before, after])))))
@@ -70,7 +71,7 @@ def _radius(values: FloquetMultipliers) -> float:
     return float(np.max(np.abs(values)))
 
 
-def section_distance(distances: Vector, radius: float) -> Figure:
+def section_distance(distances: Vector, radius: float, figure: Figure | None = None) -> Figure:
     """Draw the distance on a log axis over the cycles, and the slope that the spectral radius predicts.
 
     All cycles on the left; on the right the approach, up to where the distance no longer falls.
@@ -78,6 +79,7 @@ def section_distance(distances: Vector, radius: float) -> Figure:
     Args:
         distances: distance at the entry of every cycle, (cycles + 1,), with positive values; zeros are not drawn.
         radius: spectral radius of the full cycle.
+        figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
         InputError: where no distance is positive.
@@ -89,7 +91,7 @@ def section_distance(distances: Vector, radius: float) -> Figure:
     floor = float(np.median(distances[drawn][-(1 + drawn.size // 2) :]))
     arrived = int(drawn[np.argmax(distances[drawn] <= 3.0 * floor)])
     with paper_style():
-        figure, (whole, approach) = panels(1, 2, PAGE, 2.4, sharey=True)
+        figure, (whole, approach) = panels(1, 2, PAGE, 2.4, sharey=True, figure=figure)
         for axes in (whole, approach):
             _draw_distance(axes, distances, drawn, radius, floor)
         approach.set_xlim(-0.5, min(len(distances) - 0.5, max(LEAST_SHOWN, 1.3 * arrived) + 0.5))

@@ -66,15 +66,16 @@ def draw_portrait(axes: Axes, name: str, optimised: Samples, simulated: Samples)
     axes.set_ylabel(vertical)
 
 
-def base_portraits(optimised: Samples, simulated: Samples) -> Figure:
+def base_portraits(optimised: Samples, simulated: Samples, figure: Figure | None = None) -> Figure:
     """Draw the base coordinates that repeat against their rates.
 
     Args:
         optimised: whole cycles of the gait.
         simulated: cycles of the closed loop.
+        figure: an empty one to draw into, of any size; a new one by default.
     """
     with paper_style():
-        figure, axes = panels(2, 2, COLUMN, 3.2)
+        figure, axes = panels(2, 2, COLUMN, 3.2, figure=figure)
         for each, name in zip(axes, COORDINATES, strict=True):
             draw_portrait(each, name, optimised, simulated)
             each.locator_params(axis="x", nbins=3)
@@ -83,17 +84,18 @@ def base_portraits(optimised: Samples, simulated: Samples) -> Figure:
     return figure
 
 
-def joint_portraits(optimised: Samples, simulated: Samples) -> Figure:
+def joint_portraits(optimised: Samples, simulated: Samples, figure: Figure | None = None) -> Figure:
     """Draw every joint of every leg against its rate.
 
     Args:
         optimised: whole cycles of the gait.
         simulated: cycles of the closed loop.
+        figure: an empty one to draw into, of any size; a new one by default.
     """
     legs = list(optimised.robot.legs.values())
     with paper_style():
         columns = max(len(leg) for leg in legs)
-        figure, axes = panels(len(legs), columns, PAGE, 0.4 + 1.45 * len(legs))
+        figure, axes = panels(len(legs), columns, PAGE, 0.4 + 1.45 * len(legs), figure=figure)
         for row, leg in enumerate(legs):
             for column in range(columns):
                 here = axes[row * columns + column]
@@ -105,12 +107,13 @@ def joint_portraits(optimised: Samples, simulated: Samples) -> Figure:
     return figure
 
 
-def cycle_portraits(simulated: Samples, shown: int = 24) -> Figure:
+def cycle_portraits(simulated: Samples, shown: int = 24, figure: Figure | None = None) -> Figure:
     """Draw some of the simulated cycles: the first ones and ever fewer of the later ones, the last on top.
 
     Args:
         simulated: all cycles.
         shown: about how many cycles to draw.
+        figure: an empty one to draw into, of any size; a new one by default.
     """
     require_matplotlib()
     from matplotlib import colormaps
@@ -119,7 +122,7 @@ def cycle_portraits(simulated: Samples, shown: int = 24) -> Figure:
 
     chosen = chosen_cycles(int(simulated.cycles[0]), int(simulated.cycles[-1]), shown)
     with paper_style():
-        figure, axes = panels(2, 2, COLUMN, 3.4)
+        figure, axes = panels(2, 2, COLUMN, 3.4, figure=figure)
         scale = LogNorm(1.0, max(2.0, float(chosen[-1] - chosen[0] + 1)))
         colours = colormaps["cividis"].reversed()
         for cycle in chosen:

@@ -86,7 +86,9 @@ def paper_style() -> Iterator[None]:
         yield
 
 
-def panels(rows: int, columns: int, width: float, height: float, **options: Any) -> tuple[Figure, list[Axes]]:
+def panels(
+    rows: int, columns: int, width: float, height: float, figure: Figure | None = None, **options: Any
+) -> tuple[Figure, list[Axes]]:
     """Make a figure of rows times columns axes, listed row by row; sizes in inch.
 
     Args:
@@ -94,12 +96,16 @@ def panels(rows: int, columns: int, width: float, height: float, **options: Any)
         columns: number of columns.
         width: of the figure, inch.
         height: of the figure, inch.
+        figure: one to draw into instead, which keeps its own size.
         options: of ``Figure.subplots``, such as ``sharex``.
     """
     require_matplotlib()
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height))
+    if figure is None:
+        figure = Figure(figsize=(width, height))
+    if figure.get_layout_engine() is None:  # legends stand outside of the panels
+        figure.set_layout_engine("constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **options)
     return figure, list(axes.ravel())
 

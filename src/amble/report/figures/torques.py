@@ -31,42 +31,44 @@ def left_joints(robot: Robot) -> tuple[str, ...]:
     return tuple(joint for left, _ in robot.twins for joint in robot.legs[left])
 
 
-def torque_magnitudes(motion: Motion, joints: Sequence[str], columns: int = 3) -> Figure:
+def torque_magnitudes(motion: Motion, joints: Sequence[str], columns: int = 3, figure: Figure | None = None) -> Figure:
     """Draw |torque| of some joints over time, one panel a joint, one line a law.
 
     Args:
         motion: the motion with the torques of its laws; the paper shows two consecutive cycles.
         joints: names of the joints.
         columns: panels beside each other.
+        figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
         UnknownNameError: where the motion has no such joint.
     """
-    return _panels(motion, joints, columns, magnitude=True)
+    return _panels(motion, joints, columns, magnitude=True, figure=figure)
 
 
-def torque_lines(motion: Motion, joints: Sequence[str], columns: int = 3) -> Figure:
+def torque_lines(motion: Motion, joints: Sequence[str], columns: int = 3, figure: Figure | None = None) -> Figure:
     """Draw the signed torque of some joints over time, one panel a joint, one line a law.
 
     Args:
         motion: the motion with the torques of its laws, such as one cycle.
         joints: names of the joints.
         columns: panels beside each other.
+        figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
         UnknownNameError: where the motion has no such joint.
     """
-    return _panels(motion, joints, columns, magnitude=False)
+    return _panels(motion, joints, columns, magnitude=False, figure=figure)
 
 
-def _panels(motion: Motion, joints: Sequence[str], columns: int, magnitude: bool) -> Figure:
+def _panels(motion: Motion, joints: Sequence[str], columns: int, magnitude: bool, figure: Figure | None) -> Figure:
     for joint in joints:
         if joint not in motion.joints:
             raise UnknownNameError("joint", joint, motion.joints)
     rows = -(-len(joints) // columns)
     time = motion.times - motion.times[0]
     with paper_style():
-        figure, axes = panels(rows, columns, PAGE, 0.5 + 1.45 * rows, sharex=True)
+        figure, axes = panels(rows, columns, PAGE, 0.5 + 1.45 * rows, sharex=True, figure=figure)
         for number, joint in enumerate(joints):
             here = axes[number]
             for style, (law, torque) in enumerate(motion.torques.items()):
