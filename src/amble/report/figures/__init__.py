@@ -1,4 +1,4 @@
-"""Figures; each function returns a matplotlib figure, a given one or a new one, and ``save`` writes it as PNG and PDF."""
+"""Figures; each function returns a matplotlib figure, a given one or a new one; ``save`` writes it as PNG and PDF."""
 
 from amble.report.figures.actuation import joint_power, torque_speed
 from amble.report.figures.contacts import contact_forces, foot_paths
