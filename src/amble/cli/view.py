@@ -17,6 +17,10 @@ def view(
         Path | None, typer.Option(help="Trace of its simulation, shown beside it.", show_default=False)
     ] = None,
     beside: Annotated[Path | None, typer.Option(help="Another gait, shown beside it.", show_default=False)] = None,
+    robot: Annotated[
+        Path | None,
+        typer.Option(help="URDF file of the robot, whose shapes and meshes are drawn.", show_default=False),
+    ] = None,
     cycles: Annotated[int, typer.Option(min=1, help="The most gait cycles to show.")] = SHOWN_CYCLES,
     out: Annotated[
         Path | None,
@@ -33,7 +37,7 @@ def view(
         raise InputError("a page shows two motions side by side: give --trace or --beside, not both")
     walker = load_gait(gait)
     other = load_trace(trace) if trace is not None else None if beside is None else load_gait(beside)
-    page = replay(walker, other, cycles=cycles)
+    page = replay(walker, other, cycles, robot)
     result(replay=[{"label": each.label, "seconds": float(each.times[-1])} for each in page.replays])
     if out is not None:
         wrote(page.write(out))

@@ -120,6 +120,17 @@ def carried_frames(file: FileRobot, path: Path) -> dict[str, tuple[int, Vector]]
     return {name: (at.carrier, at.translation) for name, at in placements.items()}
 
 
+def placed_links(file: FileRobot, path: Path, change: Adaptation) -> dict[str, tuple[str, Matrix, Vector]]:
+    """Return link of the file -> name of the moving link that carries it, its orientation and origin (m) there.
+
+    Errors are those of ``load_robot``.
+    """
+    file = adapted(file, change, path)
+    root, joints, placements = _tree(file, path)
+    carriers = [root, *(joint.child for joint in joints)]
+    return {name: (carriers[at.carrier], at.rotation, at.translation) for name, at in placements.items()}
+
+
 def _tree(file: FileRobot, path: Path) -> tuple[str, list[FileJoint], dict[str, _Placement]]:
     """Return the base link, the moving joints, and where every link sits."""
     root = _find_root(file, path)

@@ -86,14 +86,15 @@ def read_urdf(path: Path) -> FileRobot:
     Raises:
         InputError: where the file is missing, is not a URDF, or an element is incomplete or not a number.
     """
-    root = _parse(path)
+    root = parsed_urdf(path)
     links = tuple(_link(element, path) for element in root.findall("link"))
     rotors = _rotors(root, path)
     joints = tuple(_joint(element, path, rotors) for element in root.findall("joint"))
     return FileRobot(root.get("name") or path.stem, links, joints, _unused(root, path))
 
 
-def _parse(path: Path) -> ElementTree.Element:
+def parsed_urdf(path: Path) -> ElementTree.Element:
+    """Return the root element of a URDF file; errors as in ``read_urdf``."""
     name = f"robot file '{printable(str(path))}'"
     text = _decoded(read_bytes(path, "robot file", LARGEST), name)
     try:
@@ -171,7 +172,7 @@ def _reflected(transmission: ElementTree.Element, path: Path) -> dict[str, float
     joints = [joint.get("name") for joint in transmission.findall("joint")]
     inertias, ratios = (
         [
-            _number(found.text or "", f"{path.name}: transmission '{transmission.get('name')}', {tag}")
+            number(found.text or "", f"{path.name}: transmission '{transmission.get('name')}', {tag}")
             for found in transmission.iter(tag)
         ]
         for tag in ("motorInertia", "mechanicalReduction")
@@ -182,13 +183,13 @@ def _reflected(transmission: ElementTree.Element, path: Path) -> dict[str, float
 
 
 def _link(element: ElementTree.Element, path: Path) -> FileLink:
-    name = _attribute(element, "name", f"{path.name}: a link")
+    name = attribute(element, "name", f"{path.name}: a link")
     check_name(f"link of {path.name}", name)
     where = f"{path.name}: link '{name}'"
     inertial = element.find("inertial")
     if inertial is None:
         return FileLink(name, 0.0, frozen(np.zeros(3)), frozen(np.zeros((3, 3))))
-    rotation, center = _origin(inertial, where)
+    rotation, center = origin_of(inertial, where)
     mass = inertial.find("mass")
     if mass is None:
         raise InputError(f"{where} has an inertial element without mass")
@@ -197,23 +198,23 @@ def _link(element: ElementTree.Element, path: Path) -> FileLink:
     if inertia is not None:
         for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
             row, column = ("xyz".index(letter) for letter in key[1:])
-            tensor[row, column] = tensor[column, row] = _number(_attribute(inertia, key, where), f"{where}, {key}")
-    value = _number(_attribute(mass, "value", where), f"{where}, mass")
+            tensor[row, column] = tensor[column, row] = number(attribute(inertia, key, where), f"{where}, {key}")
+    value = number(attribute(mass, "value", where), f"{where}, mass")
     return FileLink(name, value, center, frozen(rotation @ tensor @ rotation.T))
 
 
 def _joint(element: ElementTree.Element, path: Path, rotors: Mapping[str, float]) -> FileJoint:
-    name = _attribute(element, "name", f"{path.name}: a joint")
+    name = attribute(element, "name", f"{path.name}: a joint")
     check_name(f"joint of {path.name}", name)
     where = f"{path.name}: joint '{name}'"
-    kind = _attribute(element, "type", where)
-    rotation, translation = _origin(element, where)
+    kind = attribute(element, "type", where)
+    rotation, translation = origin_of(element, where)
     limit, mimic = element.find("limit"), element.find("mimic")
     given = {} if limit is None else limit.attrib
     drive = {} if (dynamics := element.find("dynamics")) is None else dynamics.attrib
     follows = {} if mimic is None else mimic.attrib
     bounds = [
-        _number(given[key], f"{where}, limit {key}", infinite=True) if key in given else default
+        number(given[key], f"{where}, limit {key}", infinite=True) if key in given else default
         for key, default in (("lower", -math.inf), ("upper", math.inf), ("effort", math.inf), ("velocity", math.inf))
     ]
     lower, upper, effort, velocity = bounds
@@ -231,14 +232,14 @@ def _joint(element: ElementTree.Element, path: Path, rotors: Mapping[str, float]
         upper=upper,
         effort=effort,
         velocity=velocity,
-        mimics=None if mimic is None else _attribute(mimic, "joint", where),
+        mimics=None if mimic is None else attribute(mimic, "joint", where),
         mimic=(
-            _number(follows.get("multiplier", "1"), f"{where}, mimic multiplier"),
-            _number(follows.get("offset", "0"), f"{where}, mimic offset"),
+            number(follows.get("multiplier", "1"), f"{where}, mimic multiplier"),
+            number(follows.get("offset", "0"), f"{where}, mimic offset"),
         ),
         rotor_inertia=rotors.get(name, 0.0),
-        damping=_number(drive.get("damping", "0"), f"{where}, damping"),
-        dry_friction=_number(drive.get("friction", "0"), f"{where}, friction"),
+        damping=number(drive.get("damping", "0"), f"{where}, damping"),
+        dry_friction=number(drive.get("friction", "0"), f"{where}, friction"),
     )
 
 
@@ -246,7 +247,7 @@ def _axis(element: ElementTree.Element, kind: str, where: str) -> Vector:
     axis = element.find("axis")
     if axis is None or kind in ("fixed", "floating"):
         return frozen([1.0, 0.0, 0.0])
-    direction = _triple(_attribute(axis, "xyz", where), f"{where}, axis")
+    direction = triple(attribute(axis, "xyz", where), f"{where}, axis")
     largest = float(np.max(np.abs(direction)))
     if largest == 0.0:
         raise InputError(f"{where} has an axis of length zero")
@@ -258,32 +259,36 @@ def _reference(element: ElementTree.Element, tag: str, where: str) -> str:
     found = element.find(tag)
     if found is None:
         raise InputError(f"{where} has no {tag} link")
-    return _attribute(found, "link", where)
+    return attribute(found, "link", where)
 
 
-def _origin(element: ElementTree.Element, where: str) -> tuple[Matrix, Vector]:
+def origin_of(element: ElementTree.Element, where: str) -> tuple[Matrix, Vector]:
+    """Return rotation and translation (m) of an element's origin; ``where`` begins the sentence of an error."""
     origin = element.find("origin")
     xyz = "0 0 0" if origin is None else origin.get("xyz", "0 0 0")
     rpy = "0 0 0" if origin is None else origin.get("rpy", "0 0 0")
-    angles = _triple(rpy, f"{where}, origin rpy")
-    return frozen(rotation_of_rpy(angles)), frozen(_triple(xyz, f"{where}, origin xyz"))
+    angles = triple(rpy, f"{where}, origin rpy")
+    return frozen(rotation_of_rpy(angles)), frozen(triple(xyz, f"{where}, origin xyz"))
 
 
-def _attribute(element: ElementTree.Element, key: str, where: str) -> str:
+def attribute(element: ElementTree.Element, key: str, where: str) -> str:
+    """Return an attribute that has to be there."""
     value = element.get(key)
     if value is None:
         raise InputError(f"{where} has a '{element.tag}' element without '{key}'")
     return value
 
 
-def _triple(text: str, where: str) -> Vector:
+def triple(text: str, where: str) -> Vector:
+    """Return three numbers."""
     parts = text.split()
     if len(parts) != 3:
         raise InputError(f"{where} is '{shown(text)}', not three numbers")
-    return np.array([_number(part, where) for part in parts])
+    return np.array([number(part, where) for part in parts])
 
 
-def _number(text: str, where: str, infinite: bool = False) -> float:
+def number(text: str, where: str, infinite: bool = False) -> float:
+    """Return a number, finite unless ``infinite``."""
     try:
         value = parse_number(text.strip())
     except ValueError:

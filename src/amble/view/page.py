@@ -133,6 +133,7 @@ def _payload(replay: Replay) -> Json:
             [shape.kind, shape.link, *map(float, shape.first), *map(float, shape.second), shape.radius]
             for shape in replay.shapes
         ],
+        "meshes": [[mesh.link, _packed(mesh.vertices), _packed(mesh.faces, "<u2")] for mesh in replay.meshes],
         "footholds": [[hold.foot, hold.start, hold.end, *map(float, hold.point)] for hold in replay.footholds],
         "ground": {
             "origin": list(map(float, ground.origin)),

@@ -20,6 +20,8 @@ var ambleReplay = ambleReplay || (function () {
     motion.stance = new Uint8Array(bytes(motion.stance));
     motion.domains = new Uint16Array(bytes(motion.domains));
     motion.ground.heights = new Float32Array(bytes(motion.ground.heights));
+    motion.meshes = motion.meshes.map(([link, vertices, faces]) => ({ link, vertices: new Float32Array(bytes(vertices)), faces: new Uint16Array(bytes(faces)) }));
+    motion.meshed = new Set(motion.meshes.map((mesh) => mesh.link));
     motion.track = smoothed(motion);
     return motion;
   }
@@ -298,8 +300,25 @@ var ambleReplay = ambleReplay || (function () {
     }
   }
 
+  // Every triangle is painted by itself, lit from above and from the camera; its border closes the seams.
+  function mesh(items, eye, pose, shown, tint) {
+    const places = [], seen = [];
+    for (let i = 0; i < shown.vertices.length; i += 3) {
+      places.push(add(pose.origin, turned(pose.turn, Array.from(shown.vertices.subarray(i, i + 3))), 1));
+      seen.push(eye.see(places[places.length - 1]));
+    }
+    for (let i = 0; i < shown.faces.length; i += 3) {
+      const [a, b, c] = shown.faces.subarray(i, i + 3), out = unit(cross(add(places[b], places[a], -1), add(places[c], places[a], -1)));
+      const facing = dot(out, add(eye.eye, places[a], -1)) < 0 ? -1 : 1; // files do not agree on which side is out
+      const fill = colour(tint, 0.3 * facing * out[2] + 0.3 * facing * dot(out, eye.back) - 0.2);
+      items.push({ depth: (seen[a].depth + seen[b].depth + seen[c].depth) / 3, draw: (ctx) => polygon(ctx, [seen[a], seen[b], seen[c]], fill, fill) });
+    }
+  }
+
   function solids(items, eye, motion, state, paint) {
+    for (const shown of motion.meshes) mesh(items, eye, state.poses[shown.link], shown, shown.link ? paint.link : paint.base);
     for (const [kind, link, ax, ay, az, bx, by, bz, radius] of motion.shapes) {
+      if (motion.meshed.has(link)) continue;
       const pose = state.poses[link];
       if (kind === "box") { box(items, eye, pose, [ax, ay, az], [bx, by, bz], paint.base); continue; }
       const a = eye.see(add(pose.origin, turned(pose.turn, [ax, ay, az]), 1));

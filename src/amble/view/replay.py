@@ -17,6 +17,7 @@ from amble.errors import InputError
 from amble.hybrid import Ground
 from amble.robot import Robot, kinematics
 from amble.types import IntegerVector, Matrix, NodeValues, Vector, frozen
+from amble.view.meshes import Mesh
 from amble.view.shapes import Shape, link_shapes
 
 FRAMES = 72
@@ -75,6 +76,7 @@ class Replay:
         footholds: in order of time.
         ground: its heights along the path.
         friction: coefficient of the ground.
+        meshes: looks of links, drawn in the place of their shapes.
     """
 
     label: str
@@ -93,15 +95,17 @@ class Replay:
     footholds: tuple[Foothold, ...]
     ground: GroundGrid
     friction: float
+    meshes: tuple[Mesh, ...] = ()
 
 
-def replay_of_samples(samples: Samples, label: str, cycles: int) -> Replay:
+def replay_of_samples(samples: Samples, label: str, cycles: int, meshes: tuple[Mesh, ...] = ()) -> Replay:
     """Lay a motion out for a replay, from its beginning.
 
     Args:
         samples: the motion of a legged robot.
         label: what to call it on the page.
         cycles: the most gait cycles to show, at least 1.
+        meshes: looks of links; a link without is drawn from the tree.
 
     Raises:
         InputError: where ``cycles`` is less than 1, or the motion lasts no time.
@@ -140,6 +144,7 @@ def replay_of_samples(samples: Samples, label: str, cycles: int) -> Replay:
         footholds=_footholds(shown, standing),
         ground=_grid(pattern.ground, positions[:, :2], robot.leg_length),
         friction=pattern.ground.friction,
+        meshes=meshes,
     )
 
 

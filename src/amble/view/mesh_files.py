@@ -1,0 +1,156 @@
+"""Triangles of mesh files: STL (binary and text), OBJ, Collada; textures, normals and colours are left out."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from amble.errors import InputError, printable, shown
+from amble.io.reader import read_bytes
+from amble.types import Matrix, NodeValues
+
+LARGEST = 64 * 2**20
+"""Bytes of a mesh file."""
+
+HEADER, FACET = 84, 50
+"""Bytes of a binary STL file before its facets, and of each facet."""
+
+
+def read_mesh(path: Path) -> NodeValues:
+    """Return the triangles of a mesh file, (n, 3, 3), in the file's axes and unit (Collada: z up, m).
+
+    Raises:
+        InputError: the file cannot be read, is of an unknown format, or holds no triangle of finite numbers.
+    """
+    name = f"mesh file '{printable(str(path))}'"
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(f"{name} is of no known format; known: {', '.join(READERS)}")
+    content = read_bytes(path, "mesh file", LARGEST)
+    try:
+        triangles = np.asarray(reader(content), dtype=np.float64)
+    except (ValueError, IndexError, KeyError, struct.error, ElementTree.ParseError) as error:
+        raise InputError(f"{name} cannot be read: {shown(str(error))}") from error
+    if triangles.size == 0 or not np.all(np.isfinite(triangles)):
+        raise InputError(f"{name} holds no triangles of finite numbers")
+    return triangles
+
+
+def _stl(content: bytes) -> NodeValues:
+    count = struct.unpack_from("<I", content, HEADER - 4)[0] if len(content) >= HEADER else 0
+    if len(content) == HEADER + FACET * count:
+        facets = np.frombuffer(content, dtype=np.uint8, offset=HEADER).reshape(count, FACET)
+        return facets[:, 12:48].copy().view("<f4").reshape(count, 3, 3).astype(np.float64)
+    words = content.decode("utf-8", "replace").split()
+    places = [index for index, word in enumerate(words) if word == "vertex"]
+    return np.array([[float(word) for word in words[k + 1 : k + 4]] for k in places]).reshape(-1, 3, 3)
+
+
+def _obj(content: bytes) -> NodeValues:
+    vertices: list[list[float]] = []
+    found: list[tuple[int, int, int]] = []
+    for line in content.decode("utf-8", "replace").splitlines():
+        key, *words = line.split() or [""]
+        if key == "v":
+            vertices.append([float(word) for word in words[:3]])
+        elif key == "f":
+            corners = [int(word.partition("/")[0]) for word in words]
+            corners = [corner - 1 if corner > 0 else len(vertices) + corner for corner in corners]
+            found += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
+    return np.array(vertices)[np.array(found, dtype=np.int64)]
+
+
+def _collada(content: bytes) -> NodeValues:
+    root = ElementTree.fromstring(content)
+    for element in root.iter():
+        element.tag = str(element.tag).rpartition("}")[2]
+    known = {element.get("id", ""): element for element in root.iter() if element.get("id")}
+    unit = root.find("asset/unit")
+    scale = 1.0 if unit is None else float(unit.get("meter", "1"))
+    meshes = {
+        f"#{geometry.get('id')}": np.concatenate([*_primitives(geometry, known), np.zeros((0, 3, 3))])
+        for geometry in root.iter("geometry")
+    }
+    scene = root.find("library_visual_scenes")
+    placed = [] if scene is None else list(_instances(scene, np.eye(4), known))
+    parts = [meshes[url] @ turn[:3, :3].T + turn[:3, 3] for url, turn in placed if url in meshes]
+    triangles = scale * np.concatenate(parts or list(meshes.values()))
+    axis = root.findtext("asset/up_axis", "Y_UP").strip()
+    order, signs = {"Z_UP": ((0, 1, 2), (1, 1, 1)), "X_UP": ((1, 2, 0), (1, 1, 1))}.get(axis, ((0, 2, 1), (1, -1, 1)))
+    return np.asarray(triangles[..., list(order)] * signs)
+
+
+def _instances(
+    node: ElementTree.Element, turn: Matrix, known: Mapping[str, ElementTree.Element], depth: int = 0
+) -> Iterator[tuple[str, Matrix]]:
+    """Yield the geometries below a node of a scene, with what they are transformed by."""
+    if depth > 50:
+        raise ValueError("its scene is nested more than 50 times")
+    for child in node:
+        numbers = [float(word) for word in (child.text or "").split()] if child.tag in TRANSFORMS else []
+        if numbers:
+            turn = turn @ TRANSFORMS[child.tag](np.array(numbers))
+        elif child.tag == "instance_geometry":
+            yield child.get("url", ""), turn
+        elif child.tag == "instance_node":
+            yield from _instances(known[child.get("url", "")[1:]], turn, known, depth + 1)
+        elif child.tag in ("node", "visual_scene"):
+            yield from _instances(child, turn, known, depth + 1)
+
+
+def _affine(linear: Matrix, shift: Matrix) -> Matrix:
+    whole = np.eye(4)
+    whole[:3, :3], whole[:3, 3] = linear, shift
+    return whole
+
+
+def _rotation(numbers: Matrix) -> Matrix:
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_rotvec(np.radians(numbers[3]) * numbers[:3] / np.linalg.norm(numbers[:3]))
+    return _affine(turn.as_matrix(), np.zeros(3))
+
+
+TRANSFORMS: Mapping[str, Callable[[Matrix], Matrix]] = {
+    "matrix": lambda numbers: numbers.reshape(4, 4),
+    "translate": lambda numbers: _affine(np.eye(3), numbers),
+    "scale": lambda numbers: _affine(np.diag(numbers), np.zeros(3)),
+    "rotate": _rotation,
+}
+"""Elements that move what follows them in a node of a Collada scene."""
+
+
+def _primitives(geometry: ElementTree.Element, known: Mapping[str, ElementTree.Element]) -> Iterator[NodeValues]:
+    for part in (*geometry.iter("triangles"), *geometry.iter("polylist"), *geometry.iter("polygons")):
+        inputs = {entry.get("semantic"): entry for entry in part.findall("input")}
+        vertex = inputs["VERTEX"]
+        source = next(
+            entry.get("source", "")
+            for entry in known[vertex.get("source", "")[1:]]
+            if entry.get("semantic") == "POSITION"
+        )
+        points = np.array(known[source[1:]].findtext("float_array", "").split(), dtype=np.float64).reshape(-1, 3)
+        stride = 1 + max(int(entry.get("offset", "0")) for entry in part.findall("input"))
+        for numbers in part.findall("p"):
+            rows = np.array((numbers.text or "").split(), dtype=np.int64).reshape(-1, stride)
+            corners = rows[:, int(vertex.get("offset", "0"))]
+            counts = _counts(part, len(corners))
+            starts = np.repeat(np.cumsum(counts) - counts, counts - 2)
+            within = np.concatenate([np.arange(1, count - 1) for count in counts] or [np.zeros(0, dtype=np.int64)])
+            yield points[corners[np.column_stack([starts, starts + within, starts + within + 1])]]
+
+
+def _counts(part: ElementTree.Element, corners: int) -> Matrix:
+    """Corners of every face of a primitive."""
+    if part.tag == "triangles":
+        return np.full(corners // 3, 3)
+    if part.tag == "polygons":
+        return np.array([corners])
+    return np.array(part.findtext("vcount", "").split(), dtype=np.int64)
+
+
+READERS: Mapping[str, Callable[[bytes], NodeValues]] = {".stl": _stl, ".obj": _obj, ".dae": _collada}
