@@ -88,13 +88,14 @@ def test_a_page_without_motion_shows_less(page: ReplayPage, tmp_path: Path) -> N
 
 @pytest.mark.slow
 def test_a_mesh_is_drawn_in_the_place_of_bones(page: ReplayPage, tmp_path: Path) -> None:
-    """A plate of half a leg length about the base covers more than its bones, and a far one shows its absence."""
+    """An upright plate of a leg length about the base covers more than its bones, and a far one shows its absence."""
     half = 0.5 * page.replays[0].robot.leg_length
-    corners = half * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
+    corners = half * np.array([[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]])
     plate = Mesh(link=0, vertices=corners, faces=np.array([[0, 1, 2], [0, 2, 3]]))
     shares = []
-    for meshes in ((), (plate,), (replace(plate, vertices=corners + [0.0, 0.0, 1e3]),)):
+    far = replace(plate, vertices=corners + np.array([0.0, 0.0, -1e3]))
+    for meshes in ((), (plate,), (far,)):
         shown = replace(page, replays=(replace(page.replays[0], meshes=meshes),))
         shares.append(share_of_ink(screenshot(shown.write(tmp_path / "page.html"), tmp_path, "t=0.1")[60:470]))
-    assert shares[1] > shares[0] + 0.01
-    assert shares[2] < shares[0]
+    assert shares[1] > shares[0] + 0.01, shares
+    assert shares[2] < shares[0], shares
