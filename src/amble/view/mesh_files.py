@@ -11,7 +11,7 @@ import numpy as np
 
 from amble.errors import InputError, printable, shown
 from amble.io.reader import read_bytes
-from amble.types import Matrix, NodeValues
+from amble.types import IntegerVector, Matrix, NodeValues
 
 LARGEST = 64 * 2**20
 """Bytes of a mesh file."""
@@ -144,7 +144,7 @@ def _primitives(geometry: ElementTree.Element, known: Mapping[str, ElementTree.E
             yield points[corners[np.column_stack([starts, starts + within, starts + within + 1])]]
 
 
-def _counts(part: ElementTree.Element, corners: int) -> Matrix:
+def _counts(part: ElementTree.Element, corners: int) -> IntegerVector:
     """Corners of every face of a primitive."""
     if part.tag == "triangles":
         return np.full(corners // 3, 3)
