@@ -34,6 +34,11 @@ def walking_gait(stabilised_gait: Gait) -> Gait:
 @pytest.fixture
 def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are composed and their files appear, empty; rendering, most of a report's time, is tests/report's."""
+    leave_unrendered(monkeypatch)
+
+
+def leave_unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Do what ``unrendered`` says, for fixtures of a wider scope."""
     from matplotlib.figure import Figure
 
     def appear(_: Figure, place: Any, **__: Any) -> None:
@@ -41,6 +46,7 @@ def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
             Path(place).write_bytes(b"")
 
     monkeypatch.setattr(Figure, "savefig", appear)
+    monkeypatch.setattr(Figure, "draw_without_rendering", lambda _: None)
 
 
 @pytest.fixture(scope="session")

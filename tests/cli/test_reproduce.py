@@ -14,6 +14,7 @@ from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait
 from amble.simulation import load_trace
 from tests.cli.run import exit_code
+from tests.conftest import leave_unrendered
 from tests.workflow.stored import hand_out
 
 METRICS = ("cot", "peak_torque", "rms_torque")
@@ -31,6 +32,7 @@ def folder(request: pytest.FixtureRequest, stabilised_gait: Gait, tmp_path_facto
     with pytest.MonkeyPatch.context() as monkeypatch:
         if request.param == "stored":
             hand_out(stabilised_gait, monkeypatch)
+            leave_unrendered(monkeypatch)
         else:
             specification = re.sub(r"intervals = \d+", "intervals = 6\nrefinement = 1", specification)
         (place / "spec.toml").write_text(specification)

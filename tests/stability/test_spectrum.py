@@ -90,6 +90,23 @@ def test_no_perturbation_exceeds_it() -> None:
     assert radius(matrix) < reached <= estimate
 
 
+@pytest.mark.parametrize("size", [1e-8, 1e-3, 0.3])
+def test_it_is_the_largest_circle_that_meets_the_level(size: float) -> None:
+    """Bisection with every angle looked at every time, on matrices far from normal."""
+    rng = np.random.default_rng(5)
+    for n in (4, 9):
+        matrix = np.triu(rng.normal(size=(n, n)), k=1) + np.diag(rng.uniform(-1.0, 1.0, n))
+        angles = np.concatenate([np.linspace(0.0, np.pi, 181), np.abs(np.angle(np.linalg.eigvals(matrix)))])
+        low, high = radius(matrix), float(np.linalg.norm(matrix, 2)) + size
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            circle = middle * np.exp(1j * angles)[:, None, None]
+            meets = np.linalg.svd(circle * np.eye(n) - matrix, compute_uv=False)[:, -1].min() <= size
+            low, high = (middle, high) if meets else (low, middle)
+        found = pseudospectral_radius(matrix, size)
+        assert -1e-12 <= found - high <= 1e-3 * (found - radius(matrix)) + 1e-12
+
+
 def test_without_a_perturbation_nothing_moves() -> None:
     assert pseudospectral_radius(np.diag([0.5, -0.7]), 0.0) == pytest.approx(0.7)
 

@@ -125,10 +125,12 @@ def walk(
     progress: Progress | None = None,
     max_step: float | None = None,
     prepare: Callable[[HybridSystem, str], Flow] = prepare,
+    prepared: dict[str, tuple[PreparedDomain, Flow]] | None = None,
 ) -> HybridArc:
     """Move through the domains of a system; arguments and errors are those of ``simulate``.
 
-    ``prepare`` gives the flow through a domain of a system by its name.
+    ``prepare`` gives the flow through a domain of a system by its name. What was prepared is kept in ``prepared``, for
+    further walks of the same system in the same thread.
     """
     entry = np.array(start, dtype=np.float64).reshape(-1)
     longest = longest_step(time_limit, max_step)
@@ -136,7 +138,7 @@ def walk(
     arcs: list[DomainArc] = []
     events: list[Event] = []
     ended = COMPLETED
-    prepared: dict[str, tuple[PreparedDomain, Flow]] = {}
+    prepared = {} if prepared is None else prepared
     stays: dict[str, list[float]] = {}
     current, clock, done, passed = system.domains[0].name, 0.0, 0, 0
     while done < cycles:

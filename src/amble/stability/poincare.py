@@ -23,7 +23,9 @@ from amble.errors import FallError, InputError
 from amble.hybrid import HybridSystem, Transition
 from amble.hybrid.system import numeric
 from amble.progress import Progress, ProgressReport
-from amble.simulation.walk import walk
+from amble.simulation.flow import Flow
+from amble.simulation.prepared import PreparedDomain
+from amble.simulation.walk import HybridArc, walk
 from amble.types import Matrix, Vector, frozen
 
 TOLERANCE = 1e-12
@@ -62,10 +64,14 @@ def poincare_map(
         FallError: where the motion does not come back; the message says why and when.
         InputError: for a state of another size or that is not finite.
     """
-    solution = walk(system, state, cycles, tolerance, 2, time_limit, max_step=max_step)
-    if solution.cycles < cycles:
-        raise FallError(solution.ended)
-    return solution.events[-1].after
+    return _entered(walk(system, state, cycles, tolerance, 2, time_limit, max_step=max_step), cycles)
+
+
+def _entered(motion: HybridArc, cycles: int) -> Vector:
+    """Return the state at the entry of the first domain after some cycles, (n_x,)."""
+    if motion.cycles < cycles:
+        raise FallError(motion.ended)
+    return motion.events[-1].after
 
 
 def depends_on_clock(transition: Transition) -> bool:
@@ -156,8 +162,11 @@ def difference_check(
     if missing:
         raise InputError(missing)
 
+    prepared: dict[str, tuple[PreparedDomain, Flow]] = {}
+
     def image(start: Vector) -> Vector:
-        return poincare_map(system, start, tolerance, time_limit, cycles, max_step)
+        motion = walk(system, start, cycles, tolerance, 2, time_limit, max_step=max_step, prepared=prepared)
+        return _entered(motion, cycles)
 
     matrices: list[Matrix | None] = []
     distances: list[float] = []

@@ -189,9 +189,14 @@ def pseudospectral_radius(matrix: Matrix, size: float) -> float:
         return low
     high = float(np.linalg.norm(matrix, 2)) + size
     floor = low
+    below = np.full(angles.size, -np.inf)  # a lower bound of smin(z 1 - A) at every angle
+    reached = low
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        if _smallest(matrix, middle, angles) <= size:
+        below -= abs(middle - reached)  # smin(z 1 - A) changes by |z - z'| at most
+        doubtful, reached = below <= size, middle
+        below[doubtful] = _smallest(matrix, middle, angles[doubtful])
+        if np.any(below <= size):
             low = middle
         else:
             high = middle
@@ -200,7 +205,7 @@ def pseudospectral_radius(matrix: Matrix, size: float) -> float:
     return high
 
 
-def _smallest(matrix: Matrix, modulus: float, angles: Vector) -> float:
-    """Smallest singular value of z 1 - A over |z| = modulus; the lower half circle mirrors the upper one."""
+def _smallest(matrix: Matrix, modulus: float, angles: Vector) -> Vector:
+    """Smallest singular values of z 1 - A over |z| = modulus, (k,); the lower half circle mirrors the upper one."""
     shifted = modulus * np.exp(1j * angles)[:, np.newaxis, np.newaxis] * np.eye(len(matrix)) - matrix
-    return float(np.linalg.svd(shifted, compute_uv=False)[:, -1].min())
+    return np.asarray(np.linalg.svd(shifted, compute_uv=False)[:, -1])

@@ -167,11 +167,7 @@ def transported(domain: DomainOrbit, jacobian: NodeValues, response: NodeValues,
     size, count = domain.states.shape[-1], PANELS * STAGES
     step = domain.duration / PANELS
     fields = jacobian.reshape(PANELS, STAGES, size, size)
-    # (1 - h A (x) F) Z = 1 (x) I in every panel
-    coupling = step * np.einsum("ij,pjab->piajb", RULE.integration, fields).reshape(PANELS, STAGES * size, -1)
-    right = np.tile(np.eye(size), (STAGES, 1))
-    inner = np.linalg.solve(np.eye(STAGES * size) - coupling, np.broadcast_to(right, (PANELS, *right.shape)))
-    inner = inner.reshape(PANELS, STAGES, size, size)
+    inner = _collocated(step, fields)
     across = np.eye(size) + step * np.einsum("s,psab,psbc->pac", RULE.weights, fields, inner, optimize=True)
     whole, until = np.eye(size), np.empty_like(inner)
     for panel in range(PANELS):
@@ -186,6 +182,30 @@ def transported(domain: DomainOrbit, jacobian: NodeValues, response: NodeValues,
         error=error,
         measure=np.tile(step * RULE.weights, PANELS),
     )
+
+
+def _collocated(step: float, fields: NodeValues) -> NodeValues:
+    """Solve Z_i = 1 + h sum_j A_ij F_j Z_j in every panel, (panels, stages, n_x, n_x).
+
+    The positions' rows of F are [0 1], so the velocities' rows of Z remain: with F_j = [0 1; L_j D_j]
+    V_i - sum_j (h A_ij D_j + h^2 sum_k A_ik A_kj L_k) V_j = [0 1] + h sum_j A_ij L_j [1 0].
+    """
+    panels, stages, size, _ = fields.shape
+    half, rule = size // 2, step * RULE.integration
+    stiffness, damping = fields[:, :, half:, :half], fields[:, :, half:, half:]
+    twice = np.einsum("ik,kj->ijk", rule, rule).reshape(-1, stages)  # over k, for every pair of stages
+    blocks = (twice @ stiffness.reshape(panels, stages, -1)).reshape(panels, stages, stages, half, half)
+    blocks += rule[:, :, None, None] * damping[:, None]
+    system = np.eye(stages * half) - blocks.transpose(0, 1, 3, 2, 4).reshape(panels, stages * half, -1)
+    right = np.zeros((panels, stages, half, size))
+    right[..., :half] = (rule @ stiffness.reshape(panels, stages, -1)).reshape(stiffness.shape)
+    right[..., half:] = np.eye(half)
+    found = np.empty_like(fields)
+    found[:, :, half:] = np.linalg.solve(system, right.reshape(panels, -1, size)).reshape(right.shape)
+    found[:, :, :half] = np.eye(half, size) + (rule @ found[:, :, half:].reshape(panels, stages, -1)).reshape(
+        right.shape
+    )
+    return found
 
 
 def sandwiched(left: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
