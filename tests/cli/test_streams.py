@@ -36,8 +36,8 @@ def shell(command: str, folder: Path, **environment: str) -> subprocess.Complete
         (INIT, "</dev/null 1<&0", 1, b"error: cannot write to standard output: Bad file descriptor\n"),
         pytest.param(INIT, ">/dev/full 2>/dev/full", 1, b"", marks=pytest.mark.slow),
         pytest.param(COMPARE, "2>/dev/full", 0, b"", marks=pytest.mark.slow),
-        (INIT, ">&-", 0, b""),
-        (INIT, "2>&-", 0, b""),
+        pytest.param(INIT, ">&-", 0, b"", marks=pytest.mark.slow),
+        pytest.param(INIT, "2>&-", 0, b"", marks=pytest.mark.slow),
         (INIT, ">&- 2>&- <&-", 0, b""),
         (INIT, "| true", 0, b""),
         (COMPARE, "| head -1", 0, b""),
@@ -54,7 +54,9 @@ def test_the_work_is_done_whatever_the_streams(
     assert os.listdir(tmp_path) == ["result.json"]
 
 
-@pytest.mark.parametrize("streams", [">/dev/full", "2>&-", ">&- 2>&-", "2>/dev/full"])
+@pytest.mark.parametrize(
+    "streams", [">/dev/full", ">&- 2>&-", pytest.param("2>&-", marks=pytest.mark.slow), "2>/dev/full"]
+)
 def test_a_failure_keeps_its_exit_code(streams: str, tmp_path: Path) -> None:
     assert shell(f"{AMBLE} check missing.json {streams}", tmp_path).returncode == 2
     assert shell(f"{AMBLE} --nonsense {streams}", tmp_path).returncode == 2
@@ -82,7 +84,7 @@ def test_characters_that_do_not_fit_are_degraded(environment: dict[str, str], en
     assert (done.returncode, done.stdout.splitlines()) == (0, [b"a ? b ?", b"next"])
 
 
-@pytest.mark.parametrize("encoding", ["ascii:strict", "latin-1"])
+@pytest.mark.parametrize("encoding", ["ascii:strict", pytest.param("latin-1", marks=pytest.mark.slow)])
 def test_a_table_whose_characters_do_not_fit_is_printed(encoding: str, tmp_path: Path) -> None:
     """The table of ``compare`` has a line of '─' and units with a middle dot or a superscript."""
     environment = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}

@@ -21,6 +21,8 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+import casadi as ca
+
 from amble.codegen.compiler import STOP
 from amble.errors import InputError
 from amble.io.storage import kept_workplace, sweep, workplace
@@ -60,6 +62,12 @@ def content_key(parts: Iterable[str]) -> str:
         digest.update(f"{len(data)}:".encode())
         digest.update(data)
     return digest.hexdigest()[:40]
+
+
+@functools.lru_cache(maxsize=256)
+def function_key(function: ca.Function) -> str:
+    """Hash a function by its serialisation, once: of a function of 70,000 instructions it takes 0.2 s."""
+    return content_key([function.serialize()])
 
 
 def seal(library: Path) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import casadi as ca
 
-from amble.codegen.cache import content_key
+from amble.codegen.cache import function_key
 
 RECENT = 64
 """Functions that are kept for whoever asks for them again; handing one over takes a millisecond."""
@@ -98,7 +98,7 @@ def loaded(function: ca.Function) -> Loaded | None:
 
 def _held(function: ca.Function, library: ctypes.PyDLL) -> Held | None:
     """Return the number of a function, which goes through a temporary file, the only way that the interface has."""
-    key = content_key([function.serialize()])
+    key = function_key(function)
     if key in _recent:
         return _recent[key]
     if len(_recent) >= RECENT:  # all at once: the interface takes functions from the end of its list only
