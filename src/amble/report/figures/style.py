@@ -132,6 +132,7 @@ def save(figure: Figure, stem: str | Path) -> tuple[Path, Path]:
 
 def place(figure: Figure) -> None:
     """Find the places of all parts of a figure once and for all: each file would find them anew, for half its time."""
+    require_matplotlib()
     import matplotlib as mpl
 
     if figure.get_layout_engine() is not None:
