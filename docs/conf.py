@@ -56,9 +56,9 @@ def escaped(text: str) -> str:
     )
 
 
-def escape_docstring(_app: Any, _what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
-    """Docstrings are plain text with ``code``."""
-    lines[:] = [escaped(line) for line in lines]
+def escape_docstring(_app: Any, what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
+    """Docstrings are plain text with ``code``; napoleon reads a colon in a property's first line as "type: text"."""
+    lines[:] = [*([""] if what in ("attribute", "property") else []), *(escaped(line) for line in lines)]
 
 
 def internal_names(_app: Any, _environment: Any, node: Any, content: Any) -> Any:

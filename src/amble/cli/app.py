@@ -35,7 +35,7 @@ class Command(TyperCommand):
         return super().invoke(ctx)
 
 
-PLACES = {"out", "keep", "figure", "record"}
+PLACES = {"out", "keep", "figure", "mp4", "record"}
 """Parameters that name what is written."""
 INTO_FOLDERS = ("reproduce", "report")
 """Commands whose ``--out`` is a folder that keeps what else is in it."""

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from amble.cli.console import progress
 from amble.cli.output import result, show, wrote
 from amble.defaults import SHOWN_CYCLES
 
@@ -26,12 +27,17 @@ def view(
         Path | None,
         typer.Option("--out", "--html", help="Write the page here (HTML) and open no browser.", show_default=False),
     ] = None,
+    mp4: Annotated[
+        Path | None,
+        typer.Option(help="Write a film here at half speed, by MuJoCo's renderer and ffmpeg.", show_default=False),
+    ] = None,
 ) -> None:
     """Replay a gait with its forces, friction cones, footholds and centre of mass, in one page without network."""
     from amble.errors import InputError
     from amble.gait.files import load_gait
     from amble.simulation import load_trace
     from amble.view import replay
+    from amble.view.movie import write_movie
 
     if trace is not None and beside is not None:
         raise InputError("a page shows two motions side by side: give --trace or --beside, not both")
@@ -41,6 +47,10 @@ def view(
     result(replay=[{"label": each.label, "seconds": float(each.times[-1])} for each in page.replays])
     if out is not None:
         wrote(page.write(out))
+    if mp4 is not None:
+        with progress("filming") as notify:
+            wrote(write_movie(page, mp4, notify))
+    if out is not None or mp4 is not None:
         return
     place = page.write(_temporary())
     wrote(place)
