@@ -181,6 +181,7 @@ def _model(mujoco: Any, replay: Replay, width: int) -> Any:
         if shape.link in meshed:
             continue
         size, middle = 0.5 * np.abs(shape.second - shape.first), 0.5 * (shape.first + shape.second)
+        place: dict[str, Any]
         if shape.kind == BOX:
             kind, place = mujoco.mjtGeom.mjGEOM_BOX, {"pos": middle, "size": size}
         elif np.any(size > 1e-9):
