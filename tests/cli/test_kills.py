@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -11,13 +12,18 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 
 import pytest
 
+from amble.cli.app import app
 from amble.codegen import cache_folder, compiler
+from amble.gait.files import load_gait
 from amble.simulation import load_trace
+from amble.synthesis.specification import read_specification
 from amble.types import Json
+from tests.cli.run import exit_code
 
 pytestmark = pytest.mark.skipif(
     compiler() is None or os.name != "posix", reason="signals, and a compiler for the libraries"
@@ -25,6 +31,7 @@ pytestmark = pytest.mark.skipif(
 GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
 BIPED = str(GAIT.with_name("biped-of-small-basin.json"))
 """Followed in half the time."""
+WHEEL = str(GAIT.parents[2] / "examples" / "rimless_wheel.py")
 SENTENCE = {
     signal.SIGINT: "interrupted; files that were complete before are as they were",
     signal.SIGTERM: "terminated; files that were complete before are as they were",
@@ -36,12 +43,14 @@ class Case:
     """A command, what it writes, and whether a result is whole.
 
     Attributes:
-        arguments: of amble; they end with the place of the result.
+        arguments: of amble; they end with the place of the result, and {inputs} is the folder of ``inputs``.
         whole: reads a result; raises where it is not whole.
+        kills: of the 200 and more that all commands together are given.
     """
 
     arguments: tuple[str, ...]
     whole: Callable[[Path], object]
+    kills: int = 18
 
 
 def _controller(folder: Path) -> None:
@@ -60,19 +69,56 @@ def _json(path: Path) -> Json:
     return json.loads(path.read_text())
 
 
+def _page(path: Path) -> None:
+    assert path.read_text().rstrip().endswith("</html>")
+
+
+def _files(folder: Path) -> None:
+    """Every file of a run is whole, whichever of them are there."""
+    readers = {".json": _json, ".nc": load_trace, ".html": _page}
+    for path in folder.rglob("*"):
+        assert not path.name.startswith(".")
+        if path.is_file():
+            assert path.stat().st_size > 0
+            readers.get(path.suffix, Path.read_bytes)(path)
+
+
 CASES = {
     "export": Case(("export", str(GAIT), "--law", "pinv", "--out"), _controller),
     "compare": Case(("compare", BIPED, "--law", "pinv", "--out"), _json),
     "simulate": Case(("simulate", BIPED, "--cycles", "2", "--out"), load_trace),
+    "init": Case(("init", "astro", "--gait", "amble", "--speed", "0.2", "--out"), read_specification),
+    "certify": Case(("certify", BIPED, "--out"), _json),
+    "prove": Case(("prove", f"{WHEEL}:rolling", "--order", "14", "--basin", "0", "--out"), _json),
+    "view": Case(("view", BIPED, "--cycles", "2", "--out"), _page),
+    "import": Case(("import", "{inputs}/motion.npz", "--out"), load_gait),
+    "validate": Case(("validate", str(GAIT), *"--control impedance --case nominal --cycles 1 --out".split()), _json),
+    "report": Case(("report", "{inputs}", "--law", "pinv", "--out"), _files),
+    "synthesize": Case(("synthesize", "{inputs}/spec.toml", "--out"), load_gait, kills=12),
+    "stabilize": Case(("stabilize", BIPED, "--out"), load_gait, kills=12),
+    "reproduce": Case(("reproduce", "--spec", "{inputs}/spec.toml", "--cycles", "2", "--out"), _files, kills=9),
 }
+"""Every command that writes."""
 
 
-def run(case: Case, folder: Path, cache: Path) -> subprocess.Popen[str]:
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What commands read beside stored gaits: a motion, a run to report on, a coarse specification."""
+    folder = tmp_path_factory.mktemp("inputs")
+    shutil.copy(BIPED, folder / "gait.json")
+    assert exit_code("export", BIPED, "--out", str(folder / "motion.npz")) == 0
+    assert exit_code("simulate", BIPED, "--cycles", "2", "--out", str(folder / "trace.nc")) == 0
+    text = (resources.files("amble.specifications") / "astro-amble.toml").read_text()
+    (folder / "spec.toml").write_text(re.sub(r"intervals = \d+", "intervals = 6\nrefinement = 1", text))
+    return folder
+
+
+def run(case: Case, folder: Path, cache: Path, inputs: Path = GAIT.parent) -> subprocess.Popen[str]:
     code = "import os, signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
     code += "from amble.cli import main; print('ready', flush=True); main()"
     environment = {**os.environ, "AMBLE_CACHE": str(cache), "OPENBLAS_NUM_THREADS": "1"}
     return subprocess.Popen(
-        [sys.executable, "-c", code, *case.arguments, "result"],
+        [sys.executable, "-c", code, *(word.format(inputs=inputs) for word in case.arguments), "result"],
         cwd=folder,
         env=environment,
         stdout=subprocess.PIPE,
@@ -81,25 +127,25 @@ def run(case: Case, folder: Path, cache: Path) -> subprocess.Popen[str]:
     )
 
 
-def finish(case: Case, folder: Path, cache: Path) -> float:
+def finish(case: Case, folder: Path, cache: Path, inputs: Path) -> float:
     """Run to the end and return the seconds it took."""
     started = time.monotonic()
-    process = run(case, folder, cache)
-    _, messages = process.communicate(timeout=300)
+    process = run(case, folder, cache, inputs)
+    _, messages = process.communicate(timeout=600)
     assert process.returncode == 0, messages
     return time.monotonic() - started
 
 
 def snapshot(path: Path) -> dict[str, bytes]:
     """Content of a file or folder."""
-    files = sorted(path.iterdir()) if path.is_dir() else [path]
-    return {file.name: file.read_bytes() for file in files}
+    files = [file for file in path.rglob("*") if file.is_file()] if path.is_dir() else [path]
+    return {str(file): file.read_bytes() for file in files}
 
 
-def kill(case: Case, folder: Path, cache: Path, delay: float, number: signal.Signals) -> None:
+def kill(case: Case, folder: Path, cache: Path, inputs: Path, delay: float, number: signal.Signals) -> None:
     """Kill one run after a delay and look at its end and at the result."""
     before = snapshot(folder / "result")
-    process = run(case, folder, cache)
+    process = run(case, folder, cache, inputs)
     assert process.stdout is not None
     process.stdout.readline()  # Python itself is up; before that nobody could say anything
     time.sleep(delay)
@@ -116,7 +162,7 @@ def kill(case: Case, folder: Path, cache: Path, delay: float, number: signal.Sig
         assert process.returncode == 128 + number, messages
     assert messages.splitlines()[-1] == SENTENCE[number]
     # before it, nothing but how far the work was
-    assert all(line.endswith("...") or case.arguments[0][:5] in line for line in messages.splitlines()[:-1]), messages
+    assert not any(re.match("error|Exception|.*Warning", line) for line in messages.splitlines()[:-1]), messages
     assert not debris(folder), "it could clean up, and did not"
 
 
@@ -142,30 +188,38 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return cache
 
 
-def kill_often(name: str, folder: Path, cache: Path, kills: int, seed: int) -> None:
+def kill_often(name: str, folder: Path, cache: Path, inputs: Path, kills: int, seed: int) -> None:
     case, chance = CASES[name], random.Random(f"{name} {seed}")
-    finish(case, folder, cache)
-    duration = finish(case, folder, cache)
+    finish(case, folder, cache, inputs)
+    duration = finish(case, folder, cache, inputs)
     for index in range(kills):
         number = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)[index % 3]
-        kill(case, folder, cache, chance.uniform(0.0, duration), number)
-    finish(case, folder, cache)
+        kill(case, folder, cache, inputs, chance.uniform(0.0, duration), number)
+    finish(case, folder, cache, inputs)
     assert sorted(os.listdir(folder)) == ["result"]
     assert not debris(cache)
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "simulate" else pytest.mark.slow) for name in CASES]
+    "name", ["simulate", *(pytest.param(n, marks=pytest.mark.slow) for n in ("export", "compare"))]
 )
 def test_some_kills(name: str, tmp_path: Path, warm: Path) -> None:
     """One of each signal."""
-    kill_often(name, tmp_path, warm, kills=3, seed=0)
+    kill_often(name, tmp_path, warm, GAIT.parent, kills=3, seed=0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_many_kills(name: str, tmp_path: Path, warm: Path) -> None:
-    kill_often(name, tmp_path, warm, kills=67, seed=1)
+def test_many_kills(name: str, tmp_path: Path, warm: Path, inputs: Path) -> None:
+    kill_often(name, tmp_path, warm, inputs, kills=CASES[name].kills, seed=1)
+
+
+def test_every_command_that_writes_is_killed_often() -> None:
+    silent = {"check", "robots", "doctor"}
+    assert {
+        command.name or getattr(command.callback, "__name__", "") for command in app.registered_commands
+    } - silent == set(CASES)
+    assert sum(case.kills for case in CASES.values()) >= 200
 
 
 @pytest.mark.parametrize(
