@@ -31,6 +31,7 @@ pytestmark = pytest.mark.skipif(
 GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
 BIPED = str(GAIT.with_name("biped-of-small-basin.json"))
 """Followed in half the time."""
+SHORT = ("--control", "impedance", "--case", "nominal", "--cycles", "1")
 WHEEL = str(GAIT.parents[2] / "examples" / "rimless_wheel.py")
 SENTENCE = {
     signal.SIGINT: "interrupted; files that were complete before are as they were",
@@ -92,13 +93,14 @@ CASES = {
     "prove": Case(("prove", f"{WHEEL}:rolling", "--order", "14", "--basin", "0", "--out"), _json),
     "view": Case(("view", BIPED, "--cycles", "2", "--out"), _page),
     "import": Case(("import", "{inputs}/motion.npz", "--out"), load_gait),
-    "validate": Case(("validate", str(GAIT), *"--control impedance --case nominal --cycles 1 --out".split()), _json),
+    "validate": Case(("validate", str(GAIT), *SHORT, "--out"), _json),
     "report": Case(("report", "{inputs}", "--law", "pinv", "--out"), _files),
     "synthesize": Case(("synthesize", "{inputs}/spec.toml", "--out"), load_gait, kills=12),
     "stabilize": Case(("stabilize", BIPED, "--out"), load_gait, kills=12),
     "reproduce": Case(("reproduce", "--spec", "{inputs}/spec.toml", "--cycles", "2", "--out"), _files, kills=9),
 }
 """Every command that writes."""
+SOME = ("export", "compare")
 
 
 @pytest.fixture(scope="module")
