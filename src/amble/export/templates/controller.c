@@ -138,7 +138,7 @@ unsigned amble_step(amble_controller *c, double t, const double q[AMBLE_COORDINA
   if (evaluate(c, clock, q, qd, u, force) || !(c->pivot >= SMALLEST_PIVOT)) {
     return fallback(status | AMBLE_RANK_LOST, qd, u, force);
   }
-  if (!all_finite(u, AMBLE_JOINTS) || !all_finite(force, AMBLE_FORCES)) {
+  if (!all_finite(u, AMBLE_JOINTS) || !all_finite(force, AMBLE_FORCES) || !isfinite(c->margin)) {
     return fallback(status | AMBLE_NOT_FINITE, qd, u, force);
   }
   if (saturate(u)) status |= AMBLE_SATURATED;
