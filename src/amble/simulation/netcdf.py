@@ -67,6 +67,9 @@ class Variable:
 def write_netcdf(path: Path, variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> None:
     """Write variables and the attributes of the whole file; no variable may be the coordinate of a dimension.
 
+    HDF5 makes the file in memory: where it writes to a disk that is full, it prints lines of its own and may end the
+    process.
+
     Raises:
         InputError: where a name has a slash, which would be a group.
         OSError: where the file cannot be written.
@@ -76,7 +79,7 @@ def write_netcdf(path: Path, variables: Mapping[str, Variable], attributes: Mapp
     for name in variables:
         if "/" in name:
             raise InputError(f"'{name}' cannot be the name of a netCDF variable, for it has a slash")
-    with h5py.File(path, "w", track_order=True) as file:
+    with h5py.File(path.name, "w", track_order=True, driver="core", backing_store=False) as file:
         file.attrs[PROVENANCE] = np.bytes_(f"version=2,amble={__version__},h5py={h5py.__version__}")
         for name, value in attributes.items():
             file.attrs[name] = value
@@ -92,6 +95,9 @@ def write_netcdf(path: Path, variables: Mapping[str, Variable], attributes: Mapp
             dataset.attrs[DIMENSION_NUMBER] = np.int32(own[0])
             for key, value in variable.attributes.items():
                 dataset.attrs[key] = value
+        file.flush()
+        image = file.id.get_file_image()
+    path.write_bytes(image)
 
 
 def _write_scales(file: h5py.File, variables: Mapping[str, Variable]) -> dict[str, h5py.Dataset]:
