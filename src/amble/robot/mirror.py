@@ -154,9 +154,11 @@ def partners(robot: Robot) -> dict[int, int]:
     """Pair joints along the legs of twin feet, and the joints on no leg by where they are at the zero pose.
 
     Raises:
-        InputError: where feet have no twins, or joints do not pair.
+        InputError: where feet have no twins, joints do not pair, or no leg has a length to measure deviations by.
     """
     feet = _twin_feet(robot)
+    if not robot.leg_length > 0.0:
+        raise InputError(f"no leg of robot '{robot.name}' has a length: its feet are where the base is")
     partner: dict[int, int] = {}
     for name, twin in feet.items():
         own, other = (robot.chain(robot.foot(label).link) for label in (name, twin))
@@ -204,12 +206,14 @@ def _asymmetry(robot: Robot, mirrored: SignedPermutation, feet: Mapping[str, str
         inertia, at_image = np.asarray(mass_matrix(robot, pose)), np.asarray(mass_matrix(robot, image))
         if not np.all(np.diag(inertia) > 0.0):
             raise InputError(f"robot '{robot.name}' has a mass matrix that is not positive definite")
-        scale = np.sqrt(np.outer(np.diag(inertia), np.diag(inertia)))
-        deviation = float((np.abs(mirrored.matrix.T @ at_image @ mirrored.matrix - inertia) / scale).max())
+        root = np.sqrt(np.diag(inertia))
+        with np.errstate(over="ignore"):  # infinitely asymmetric
+            apart = np.abs(mirrored.matrix.T @ at_image @ mirrored.matrix - inertia) / root / root[:, None]
+        deviation = float(apart.max())
         worst = max(worst, (deviation, "the mass matrix"))
         weight = robot.mass * robot.gravity or 1.0
-        height = abs(float(potential_energy(robot, image)) - float(potential_energy(robot, pose))) / (weight * size)
-        worst = max(worst, (height, "the height of the centre of mass"))
+        height = abs(float(potential_energy(robot, image)) - float(potential_energy(robot, pose)))
+        worst = max(worst, (height / weight / size, "the height of the centre of mass"))
     return worst
 
 

@@ -97,7 +97,7 @@ def _inertias(robot: Robot) -> list[str]:
     for link in robot.links:
         if not (link.mass > 0.0 and np.any(link.inertia)):
             continue  # the cross between two joints: its mass matrix was looked at when it was loaded
-        radius = float(np.sqrt(max(np.linalg.eigvalsh(link.inertia)[-1], 0.0) / link.mass))
+        radius = float(np.sqrt(max(np.linalg.eigvalsh(link.inertia)[-1], 0.0)) / np.sqrt(link.mass))  # no overflow
         if radius > most:
             found.append(
                 f"link '{link.name}' ({link.mass:g} kg) has the inertia of a body of {radius:.2g} m radius, but "
