@@ -278,7 +278,8 @@ def _export(gait: Any, place: Path) -> list[str]:
     if compiler is None:
         raise AssertionError("no C compiler to try the export with")
     command = [compiler, *COMPILE[1:], *map(str, exported.sources), str(exported.folder / "replay.c")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    bound = ("sh", "-c", f'ulimit -t {SECONDS} && exec "$@"', "sh")  # processor time: the machine may be busy
+    done = subprocess.run([*bound, *command], capture_output=True, text=True, check=False, timeout=6 * SECONDS)
     if done.returncode != 0 or done.stderr:
         raise AssertionError(f"what is exported does not compile: {done.stderr[:1000]}")
     return ["compiles"]
