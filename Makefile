@@ -38,7 +38,7 @@ fuzz-ci: $(VENV)/develop.stamp  ## the same for three minutes at most
 docs: $(VENV)/docs.stamp  ## the documentation site in build/docs: tutorials are run, commands too, links and addresses checked
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m sphinx -n -W --keep-going -q -b html docs build/docs
 	$(VENV)/bin/python -m docs.check_site build/docs
-	$(VENV)/bin/python -m docs.run_commands docs/start.md docs/tutorials/go2.md
+	$(VENV)/bin/python -m docs.run_commands docs/start.md docs/tutorials/allocation.md docs/tutorials/go2.md
 
 lint: $(VENV)/develop.stamp  ## style, types, layers
 	$(VENV)/bin/ruff check .

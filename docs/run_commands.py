@@ -1,4 +1,4 @@
-"""Run the console blocks of pages as they are written, page by page, in an empty folder.
+"""Run the console blocks of pages as they are written, one page after the other, in a folder that is empty at first.
 
 ``python -m docs.run_commands PAGE ...`` prints every command before it starts and exits with 1 where one fails. A page
 says ``# exits with 1`` behind a command that is meant to. What makes or enters an environment is left out: the
@@ -45,9 +45,7 @@ def run(page: Path, folder: Path) -> list[str]:
 
 
 if __name__ == "__main__":
-    failed = []
-    for name in sys.argv[1:]:
-        with tempfile.TemporaryDirectory(prefix="amble-docs-") as place:
-            failed += run(Path(name), Path(place))
+    with tempfile.TemporaryDirectory(prefix="amble-docs-") as place:
+        failed = [line for name in sys.argv[1:] for line in run(Path(name), Path(place))]
     print("\n".join(failed) or "every command of these pages works")
     sys.exit(1 if failed else 0)

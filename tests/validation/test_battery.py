@@ -35,6 +35,7 @@ def test_it_walks_and_tells_what_fails(under: Gait) -> None:
     assert not ice.passed
     assert found.passed == 1
     assert "1 of 2 passed" in str(found)
+    assert found._repr_html_().count("<tr>") == 3
     assert found.to_dict()["cases"][1]["failures"] == list(ice.failures)
 
 
