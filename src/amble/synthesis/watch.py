@@ -108,7 +108,7 @@ def single_threaded() -> Iterator[None]:
     Measured on the amble with 15 intervals and two busy cores: 0.36 s of processor time an iteration with two threads,
     0.10 s with one. Where casadi was built with another BLAS nothing changes.
     """
-    library = _library()
+    library = loaded_blas()
     if library is None:
         yield
         return
@@ -120,7 +120,7 @@ def single_threaded() -> Iterator[None]:
         library.openblas_set_num_threads(before)
 
 
-def _library() -> ctypes.CDLL | None:
+def loaded_blas() -> ctypes.CDLL | None:
     """Find the OpenBLAS that IPOPT has loaded; by its name alone, for a file's path might load a second copy."""
     ca.has_nlpsol("ipopt")  # loads it as well
     try:
