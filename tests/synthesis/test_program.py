@@ -24,7 +24,7 @@ from amble.synthesis.program import (
 from amble.synthesis.refine import Split
 from amble.synthesis.result import from_gait
 from amble.synthesis.rows import RowKind
-from amble.synthesis.solve import variable_names
+from amble.synthesis.violated_rows import variable_names
 from amble.types import Vector
 from amble.verification.domain_rows import sampled
 from amble.verification.output_dynamics import integrate

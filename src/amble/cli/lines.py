@@ -18,8 +18,9 @@ def show_synthesized(gait: Gait) -> None:
     from dataclasses import asdict
 
     report = gait.solver
+    systems = f" (linear systems: {report.linear_solver})" if report.linear_solver else ""
     show(
-        f"{report.solver}: {report.status}, {report.iterations} iterations in {report.seconds:.2f} s "
+        f"{report.solver}{systems}: {report.status}, {report.iterations} iterations in {report.seconds:.2f} s "
         f"({report.variables} variables, {report.constraints} constraints), objective {report.objective:.6g} "
         f"{gait.cost.unit}"
     )

@@ -206,6 +206,7 @@ def solver_codec(cost: Cost) -> Record:
             "constraints": Count(),
             "violation": Number("scaled"),
             "objective": Number(cost.unit),
+            "linear_solver": Optional(TEXT),
         },
     )
 

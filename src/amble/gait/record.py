@@ -86,7 +86,11 @@ class Feedback:
 
 @dataclass(frozen=True, kw_only=True)
 class SolverReport:
-    """How a gait was found: solver status, iterations, wall time in s, problem size, largest violation, objective."""
+    """How a gait was found: solver status, iterations, wall time in s, problem size, largest violation, objective.
+
+    The linear solver is what solved the solver's linear systems, and why where it was not its first choice; None where
+    that is not known.
+    """
 
     solver: str
     status: str
@@ -96,11 +100,14 @@ class SolverReport:
     constraints: int
     violation: float
     objective: float
+    linear_solver: str | None = None
 
     def __post_init__(self) -> None:
         """Check the texts."""
         check_name("solver", self.solver)
         check_name("solver's status", self.status)
+        if self.linear_solver is not None:
+            check_name("linear solver", self.linear_solver)
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ def solver_table(report: SolverReport, unit: str) -> Table:
     """How the gait was found, as a table; the objective has the unit of the gait's cost."""
     rows = (
         ("solver", report.solver),
+        ("linear solver", report.linear_solver or "not recorded"),
         ("status", report.status),
         ("iterations", str(report.iterations)),
         ("wall time (s)", number(report.seconds, 3)),

@@ -11,8 +11,7 @@ import functools
 from pathlib import Path
 from typing import Any
 
-from amble.codegen.cache import content_key, kept, writable_folder
-from amble.codegen.compiler import Compiler, compiler
+from amble.codegen.c_file import built
 from amble.simulation.casadi_c import interface
 from amble.types import NodeValues
 
@@ -35,11 +34,12 @@ def load(name: str) -> ctypes.PyDLL | None:
     Returns:
         The library; None where there is no compiler, no place to store it, or no way to call casadi from C.
     """
-    tool = compiler()
-    if tool is None or interface() is None:
+    if interface() is None:
         return None
+    source = Path(__file__).with_name(f"{name}.c")
     try:
-        return _load(_built(name, tool))
+        path = built(source, FLAGS, (source.with_name("callee.h"),))
+        return None if path is None else _load(path)
     except OSError:  # a full disk or a folder that may not hold libraries: Python does the work
         return None
 
@@ -47,12 +47,3 @@ def load(name: str) -> ctypes.PyDLL | None:
 @functools.cache
 def _load(path: Path) -> ctypes.PyDLL:
     return ctypes.PyDLL(str(path))  # holds the global lock, as casadi's C interface needs
-
-
-@functools.cache
-def _built(name: str, tool: Compiler) -> Path:
-    source = Path(__file__).with_name(f"{name}.c")
-    folder = writable_folder()
-    texts = [source.read_text(), source.with_name("callee.h").read_text()]
-    key = content_key([*texts, tool.path, tool.version, *FLAGS])
-    return kept(folder / f"{name}-{key}.so", lambda output: tool.build(source, output, FLAGS))

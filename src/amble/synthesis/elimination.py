@@ -224,10 +224,10 @@ def _domain(program: GaitProgram, rows: _Rows, number: int, inner: Index, defect
     left = np.setdiff1d(inner, explicit_rows)
     left = left[np.argsort(rows.first[left], kind="stable")]
     is_implicit = ~is_state & ~is_explicit[0]
-    counts = np.bincount(rows.first[left], minlength=layout.nodes)
-    if (counts != is_implicit.sum()).any():
-        where = layout.place(int(np.argmax(counts != is_implicit.sum())))
-        raise NotSquareError(f"{where}: {counts.max()} rows for {is_implicit.sum()} unknowns")
+    counts, wanted = np.bincount(rows.first[left], minlength=layout.nodes), int(is_implicit.sum())
+    if (counts != wanted).any():
+        odd = int(np.argmax(counts != wanted))
+        raise NotSquareError(f"{layout.place(odd)}: {counts[odd]} rows for {wanted} unknowns")
     local = np.concatenate([np.flatnonzero(part) for part in (is_state, is_explicit[0], is_implicit)])
     shared = np.unique(at[rows.read(defects)])
     return DomainElimination(
@@ -257,7 +257,10 @@ def _curves(rows: _Rows, explicit_rows: Index, at: Index, layout: DomainLayout) 
     for column in explicit_rows.T:
         places = at[rows.read(column)]
         places = places[places >= 0]
-        if places.size % layout.nodes or (places.reshape(layout.nodes, -1) != places[: places.size // layout.nodes]).any():
+        if (
+            places.size % layout.nodes
+            or (places.reshape(layout.nodes, -1) != places[: places.size // layout.nodes]).any()
+        ):
             raise NotSquareError(f"the nodes of {layout.stance.name} read different parameters")
         found.append(np.sort(places[: places.size // layout.nodes]))
     return tuple(found)

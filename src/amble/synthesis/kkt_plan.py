@@ -1,103 +1,25 @@
 """The plan that the C code of the structured KKT solver works by: where every number of a KKT system goes.
 
-Numbers are grouped into blocks: one a node, one an interval, one for the end. In each they have a place; the layout of a
-block is that of structured_kkt.c.
+Numbers are grouped into blocks: one a node, one an interval, one for the end. In each they have a place; the layout
+of a block is that of structured_kkt.c.
 """
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.synthesis.elimination import FREE, DomainElimination, Pattern, eliminations, jacobian_pattern, owners
+from amble.synthesis.elimination import FREE, DomainElimination, Pattern, eliminations, jacobian_pattern
+from amble.synthesis.kkt_places import Places
+from amble.synthesis.kkt_structures import INTEGERS, DomainPlan, KeptPlan, Plan
 from amble.synthesis.program import GaitProgram
 
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-INTEGERS = ctypes.POINTER(ctypes.c_int)
-
-
-def _structure(*groups: tuple[Any, str]) -> list[tuple[str, Any]]:
-    return [(name, kind) for kind, names in groups for name in names.split()]
-
-
-class DomainPlan(ctypes.Structure):
-    """``Domain`` of structured_kkt.c."""
-
-    _fields_ = _structure(
-        (ctypes.c_int, "nodes intervals stages ns ne nh ny nt na nd"),
-        (INTEGERS, "end read c_start c_column defect rate variable explicit_row implicit_row defect_row"),
-    )
-
-
-class Plan(ctypes.Structure):
-    """``Plan`` of structured_kkt.c."""
-
-    _fields_ = _structure(
-        (ctypes.c_int, "domains variables equalities inequalities end_variables end_rows"),
-        (ctypes.c_int, "tips cross_tips crosses links end_inequalities"),
-        (ctypes.POINTER(DomainPlan), "domain"),
-        (INTEGERS, "end_index end_row jacobian_start jacobian_row jacobian_block jacobian_place"),
-        (INTEGERS, "hessian_start hessian_row hessian_block hessian_place diagonal_block diagonal_place"),
-        (INTEGERS, "node_inequality inequality_row inequality_start inequality_place"),
-        (INTEGERS, "tip_node tip_place tip_variable cross_tip cross_other link_row link_tip"),
-        (INTEGERS, "end_inequality_row end_inequality_start end_inequality_column"),
-    )
-
-
-@dataclass(frozen=True)
-class KeptPlan:
-    """A plan with the arrays that it points to."""
-
-    plan: Plan
-    arrays: list[Any] = field(repr=False)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Places:
-    """Where variables stand, (n_x,) each; ``FREE`` for what has no such place.
-
-    Attributes:
-        domain: the domain, for unknowns of nodes.
-        stage: the node in its domain.
-        node: the node, counted through all domains.
-        local: the place in the node.
-        read: place of the parameters in the nodes of a domain, (domains, n_x).
-        end: place in the end: states at entries, and what belongs to no node.
-    """
-
-    domain: Index
-    stage: Index
-    node: Index
-    local: Index
-    read: Index
-    end: Index
-
-    @classmethod
-    def of(cls, program: GaitProgram, domains: Sequence[DomainElimination]) -> _Places:
-        domain, stage = owners(program)
-        node, local, end = np.full((3, domain.size), FREE)
-        read = np.full((len(domains), domain.size), FREE)
-        offset, ends = 0, stage == FREE
-        for number, d in enumerate(domains):
-            node[d.unknowns] = offset + np.arange(d.nodes)[:, None]
-            local[d.unknowns] = d.places
-            read[number, d.parameters[d.read]] = d.states.shape[1] + d.explicit.shape[1] + np.arange(d.read.size)
-            ends[d.states[0]] = True
-            offset += d.nodes
-        end[ends] = np.arange(int(ends.sum()))
-        return cls(domain=domain, stage=stage, node=node, local=local, read=read, end=end)
-
-    def in_node(self, number: Index, variables: Index) -> Index:
-        """Places of variables in nodes of given domains: of unknowns or parameters that the nodes read."""
-        own = self.local[variables]
-        return np.where(own >= 0, own, self.read[number, variables])
 
 
 def build_plan(program: GaitProgram) -> KeptPlan:
@@ -116,14 +38,15 @@ class _Builder:
 
     def __init__(self, program: GaitProgram, pattern: Pattern, domains: tuple[DomainElimination, ...]) -> None:
         self.pattern, self.domains = pattern, domains
-        self.places = _Places.of(program, domains)
+        self.places = Places.of(program, domains)
         self.hessian = tuple(np.array(x, np.int64) for x in program.program.hessian.sparsity_out(0).get_triplet())
         inner = [rows.ravel() for d in domains for rows in (d.explicit_rows, d.implicit_rows, d.defect_rows)]
         self.end_rows = np.setdiff1d(np.arange(pattern.equalities), np.concatenate(inner))
         self.end_variables = int(self.places.end.max()) + 1
         self.end_size = self.end_variables + self.end_rows.size
         self.nodes, self.intervals = (sum(getattr(d, what) for d in domains) for what in ("nodes", "intervals"))
-        self.plan, self.arrays = Plan(), []
+        self.plan = Plan()
+        self.arrays: list[Any] = []
 
     def build(self) -> KeptPlan:
         plan, places = self.plan, self.places
@@ -239,9 +162,7 @@ class _Builder:
         self._put(
             self.plan,
             diagonal_block=np.where(of_node, p.node, self.end_block),
-            diagonal_place=np.where(
-                of_node, p.local[everything] * (self._widths()[p.domain] + 1), p.end * (size + 1)
-            ),
+            diagonal_place=np.where(of_node, p.local[everything] * (self._widths()[p.domain] + 1), p.end * (size + 1)),
         )
         one, other = rows[cross], columns[cross]
         swap = (p.end[one] >= 0) | ((p.end[other] < 0) & (p.stage[other] > p.stage[one]))

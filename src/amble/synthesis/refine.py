@@ -20,7 +20,8 @@ from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.rows import AT_ENTRY, INITIAL_VALUE
-from amble.synthesis.solve import Solution, violated_rows
+from amble.synthesis.solve import Solution
+from amble.synthesis.violated_rows import violated_rows
 from amble.types import Matrix, Vector
 
 TOLERANCE = 1e-9

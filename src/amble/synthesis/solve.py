@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -13,25 +14,31 @@ from numpy.typing import NDArray
 from amble.gait import LagrangeMultipliers, SolverReport
 from amble.io.registry import Lookup
 from amble.progress import Progress
-from amble.residual import Residual, worst_first
+from amble.residual import Residual
 from amble.synthesis.program import GaitProgram
+from amble.synthesis.structured_kkt import UnavailableError, structured_kkt
+from amble.synthesis.violated_rows import violated_rows
 from amble.synthesis.watch import Watch, single_threaded
 from amble.types import Vector, frozen
+
+logger = logging.getLogger("amble")
 
 NLP_OPTIONS = {"no_nlp_grad": True, "calc_lam_p": False, "print_time": False, "error_on_fail": False}
 """Of casadi's interface, whatever the solver."""
 
-IPOPT_OPTIONS: dict[str, Any] = {
+MUMPS_OPTIONS: dict[str, Any] = {
+    "linear_solver": "mumps",
     "mumps_scaling": 0,  # the program is scaled; MUMPS's own cost time (docs/theory/transcription.md, section 8)
     "mumps_permuting_scaling": 0,
+}
+
+IPOPT_OPTIONS: dict[str, Any] = {
     "mu_strategy": "adaptive",  # a third fewer iterations than the monotone one (docs/performance.md)
     "print_level": 0,
     "sb": "yes",
 }
 
 SOLVED = ("Solve_Succeeded",)
-ROW_TOLERANCE = 1e-6
-
 ROUNDING = 1e-9
 """How far a scaled start value may lie outside its bounds without being counted as moved."""
 
@@ -104,14 +111,60 @@ def ipopt(
         most_iterations: give up after so many.
         progress: called after every iteration.
 
+    KKT systems are solved by their structure (``structured_kkt``). Where that is not possible, or a system is refused
+    on the way, IPOPT starts again with MUMPS; the report says which it was, and why. Its iterations are those of the
+    last run, its seconds those of both.
+
     Raises:
         KeyboardInterrupt: Ctrl-C arrived; the solver has stopped at the end of its iteration.
     """
+    seconds = 0.0
+    try:
+        with structured_kkt(program) as kkt:
+            found = _run(program, start, {**kkt.options, **_limits(tolerance, most_iterations)}, progress)
+            refusal, seconds = kkt.refusal, found.report.seconds
+    except UnavailableError as error:
+        refusal = str(error)
+    if not refusal:
+        return _reported(found, "structured", 0.0)
+    logger.info("MUMPS solves the KKT systems: %s", refusal)
+    found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
+    return _reported(found, f"MUMPS ({refusal})", seconds)
+
+
+def ipopt_mumps(
+    program: GaitProgram,
+    start: Start,
+    tolerance: float = 1e-8,
+    most_iterations: int = 500,
+    progress: Progress | None = None,
+) -> Solution:
+    """Solve by IPOPT with MUMPS alone; see ``ipopt``."""
+    found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
+    return _reported(found, "MUMPS", 0.0)
+
+
+SOLVERS.register("ipopt", ipopt)
+SOLVERS.register("ipopt mumps", ipopt_mumps)
+
+
+def _limits(tolerance: float, most_iterations: int) -> dict[str, Any]:
+    return {"tol": tolerance, "max_iter": most_iterations}
+
+
+def _reported(found: Solution, linear_solver: str, seconds: float) -> Solution:
+    """Add the linear solver, and seconds spent before."""
+    report = replace(found.report, linear_solver=linear_solver, seconds=found.report.seconds + seconds)
+    return replace(found, report=report)
+
+
+def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Progress | None) -> Solution:
+    """One run of IPOPT with further options."""
     nlp = program.program
     inside, projected = _projected(program, start.variables)
     watch, warm = Watch(program, progress, projected), start.multipliers
-    ipopt_options = {**IPOPT_OPTIONS, "tol": tolerance, "max_iter": most_iterations, **_warm_options(warm)}
     derivatives = {"grad_f": nlp.gradient, "jac_g": nlp.jacobian, "hess_lag": nlp.hessian}
+    ipopt_options = {**IPOPT_OPTIONS, **more, **_warm_options(warm)}
     options = {**NLP_OPTIONS, **derivatives, "iteration_callback": watch, "ipopt": ipopt_options}
     solver = ca.nlpsol("gait", "ipopt", nlp.nlp, options)
     began = time.perf_counter()
@@ -141,9 +194,6 @@ def ipopt(
         multipliers=(np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()),
     )
     return replace(found, warm=warm is not None, projected=projected)
-
-
-SOLVERS.register("ipopt", ipopt)
 
 
 def finished(
@@ -227,57 +277,6 @@ def _projected(program: GaitProgram, variables: Vector) -> tuple[Vector, int]:
     """Return the nearest variables within the bounds, and how many had to move by more than rounding."""
     inside = np.clip(variables, program.lower, program.upper)
     return inside, int(np.sum(np.abs(inside - variables) > ROUNDING))
-
-
-def violated_rows(
-    program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]
-) -> tuple[Residual, ...]:
-    """Return the rows and bounds violated beyond ``ROW_TOLERANCE``, worst first; bounds in natural units."""
-    nlp, scale = program.program, program.layout.scale
-    rows = _rows(nlp.row_names, nlp.lower, values, nlp.upper, nlp.row_kinds)
-    names = variable_names(program)
-    kinds = np.full(len(names), "bound")
-    rows += _rows(names, program.lower * scale, variables * scale, program.upper * scale, kinds)
-    return worst_first(rows)
-
-
-def variable_names(program: GaitProgram) -> tuple[str, ...]:
-    """Name of every variable: domain, node and coordinate."""
-    robot = program.problem.pattern.robot
-    names = ["period"] * program.layout.size
-    kinds = {"q": robot.coordinate_names, "v": robot.coordinate_names, "a": robot.coordinate_names}
-    words = {"q": "", "v": "rate of ", "a": "acceleration of "}
-    for domain in program.layout.domains:
-        labels = {kind: [words[kind] + name for name in kinds[kind]] for kind in kinds}
-        labels["u"] = [f"torque {name}" for name in robot.joint_names]
-        labels["force"] = [f"force {label}" for label in program.problem.pattern.contacts(domain.stance).labels]
-        for kind, texts in labels.items():
-            for node, places in enumerate(getattr(domain, kind)):
-                for place, text in zip(places, texts, strict=True):
-                    names[place] = f"{domain.place(node)} {text}"
-        names[int(domain.duration[0])] = f"{domain.stance.name} duration"
-        for place, known in zip(domain.phase_numbers, program.problem.outputs.phase.numbers, strict=True):
-            names[int(place)] = f"{domain.stance.name} phase {known.name}"
-        controlled = program.problem.outputs.of(domain.stance.name).coordinates
-        order = program.problem.outputs.order
-        curves = [f"coefficient {name} {number}" for number in range(order + 1) for name in controlled]
-        axes = [f"impulse {label}" for label in program.problem.pattern.contacts(domain.switch.target).labels]
-        for places, texts in ((domain.coefficients, curves), (domain.impulse, axes if domain.impulse.size else [])):
-            for place, text in zip(places, texts, strict=True):
-                names[place] = f"{domain.stance.name} {text}"
-    return tuple(names)
-
-
-def _rows(
-    names: tuple[str, ...],
-    lower: NDArray[np.float64],
-    values: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    kinds: NDArray[np.str_],
-) -> list[Residual]:
-    excess = np.maximum(np.maximum(lower - values, values - upper), 0.0)
-    bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
-    return [Residual(names[i], float(lower[i]), float(values[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]
 
 
 def _rounded(values: NDArray[np.float64]) -> Vector:

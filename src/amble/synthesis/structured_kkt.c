@@ -203,7 +203,8 @@ static void allocate(const Plan *p, Instance *I, int *failed) {
     Interval *interval = I->interval;
     for (int k = 0; k < p->domains; k++) {
         const Domain *d = p->domain + k;
-        size_t n = node_width(d), np = parameters(d), m = d->ne + d->nh, q = p->inequality_start[p->node_inequality[node_count(p)]];
+        size_t n = node_width(d), np = parameters(d), m = d->ne + d->nh;
+        size_t q = p->inequality_start[p->node_inequality[node_count(p)]];
         work = larger(work, n * n + (size_t)d->ny * n + d->ne + constants(d) + q);
         big = larger(big, (size_t)d->ny * n + n * d->nt + (size_t)d->nt * m + d->na * n);
         big = larger(big, 2 * (size_t)defects(d) * np);
@@ -419,7 +420,8 @@ static int factor_interval(Solver *solver, Instance *I, const Domain *d, int fir
         }
         double *states = interval->A + (size_t)(s - 1) * ns * nd;
         blas->gemm("N", "N", &nd, &ns, &na, &ONE, rates, &nd, node[s].A, &na, &ONE, states, &nd);
-        blas->gemm("N", "N", &nd, &nt, &na, &MINUS, rates, &nd, node[s].A + ns * na, &na, &ONE, E + (size_t)ns * nd, &nd);
+        double *shares = E + (size_t)ns * nd;
+        blas->gemm("N", "N", &nd, &nt, &na, &MINUS, rates, &nd, node[s].A + ns * na, &na, &ONE, shares, &nd);
     }
     blas->getrf(&nd, &nd, interval->A, &nd, interval->pivots, &failed);
     if (failed) return 0;
@@ -547,7 +549,8 @@ static int factor(Solver *solver, Instance *I, const double *a) {
     int nk = p->end_variables + p->end_rows, node = 0, interval = 0, nodes = node_count(p), info = 0;
     int reason = weights(p, I, a);
     if (reason) return -1 - reason;
-    memset(I->K, 0, sizeof(double) * ((size_t)nk * nk + p->crosses + p->links + p->end_inequality_start[p->end_inequalities]));
+    size_t lists = p->crosses + p->links + p->end_inequality_start[p->end_inequalities];
+    memset(I->K, 0, sizeof(double) * ((size_t)nk * nk + lists));
     scatter(I, I->blocks - 4 + END, a, I->K);
     double *HD = I->HD;
     for (int k = 0; k < p->domains; k++) {
@@ -579,7 +582,8 @@ static int factor(Solver *solver, Instance *I, const double *a) {
 /* ---- solution ---- */
 
 /* y -= H x with H = W + Sigma_x + J_d' Sigma_s J_d. The rows J_d x are left in rows. */
-static void subtract_hessian(const Plan *p, const Instance *I, const double *a, const double *x, double *y, double *rows) {
+static void subtract_hessian(const Plan *p, const Instance *I, const double *a, const double *x, double *y,
+                             double *rows) {
     int nx = p->variables, d = nx + p->inequalities + p->equalities;
     memset(rows, 0, sizeof(double) * p->inequalities);
     for (int t = 0; t < I->nonzeros; t++) {

@@ -1,20 +1,25 @@
-"""The structured KKT solver as a library that IPOPT takes for MA27: compiled once, on the BLAS that is loaded already."""
+"""The structured KKT solver as a library that IPOPT takes for MA27: compiled once, on the BLAS that is there."""
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
 import functools
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from amble.codegen.c_file import built
+from amble.errors import printable
 from amble.synthesis.elimination import NotSquareError
-from amble.synthesis.kkt_plan import KeptPlan, Plan, build_plan
+from amble.synthesis.kkt_plan import build_plan
+from amble.synthesis.kkt_structures import KeptPlan, Plan
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.watch import loaded_blas
+
+logger = logging.getLogger("amble")
 
 SOURCE = Path(__file__).with_name("structured_kkt.c")
 FLAGS = ("-O3", "-std=gnu99", "-fPIC", "-shared")
@@ -40,6 +45,7 @@ OPTIONS: dict[str, Any] = {
     "linear_system_scaling": "none",
     "ma27_pivtol": 1e-8,
     "ma27_pivtolmax": 1e-8,  # there is no tighter pivot to ask for
+    "min_refinement_steps": 0,  # it refines by itself where a residual asks for it
     "fixed_variable_treatment": "make_constraint",  # so that every unknown of a node is one of IPOPT's
 }
 """Options of IPOPT, beside the library's path."""
@@ -72,9 +78,15 @@ class StructuredKkt:
     plan: KeptPlan
 
     @property
+    def options(self) -> dict[str, Any]:
+        """IPOPT's options with which it uses this solver."""
+        return {**OPTIONS, "hsllib": str(self.path)}
+
+    @property
     def refusal(self) -> str:
-        """Why it refused a system; empty where it has not."""
-        return REASONS.get(self._report()[0], "")
+        """Why it refused a system, or was never asked; empty where it solved all."""
+        reason, counts, _ = self._report()
+        return REASONS[reason] if reason else "" if counts[1] else "IPOPT does not use the library"
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -103,7 +115,8 @@ def structured_kkt(program: GaitProgram) -> Iterator[StructuredKkt]:
     try:
         plan = build_plan(program)
     except NotSquareError as error:
-        raise UnavailableError(str(error)) from None
+        logger.info("%s", printable(str(error)))
+        raise UnavailableError("rows and unknowns of a node or an interval do not pair") from None
     handle = library.amble_kkt_new(ctypes.byref(plan.plan), ctypes.byref(blas))
     if not handle:
         raise UnavailableError(REASONS[5])

@@ -1,0 +1,63 @@
+"""Rows and bounds that a solver's end violates, by the names that people read."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amble.residual import Residual, worst_first
+from amble.synthesis.program import GaitProgram
+
+ROW_TOLERANCE = 1e-6
+"""How far a row may lie outside its bounds in scaled units without being named."""
+
+
+def violated_rows(
+    program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[Residual, ...]:
+    """Return the rows and bounds violated beyond ``ROW_TOLERANCE``, worst first; bounds in natural units."""
+    nlp, scale = program.program, program.layout.scale
+    rows = _rows(nlp.row_names, nlp.lower, values, nlp.upper, nlp.row_kinds)
+    names = variable_names(program)
+    kinds = np.full(len(names), "bound")
+    rows += _rows(names, program.lower * scale, variables * scale, program.upper * scale, kinds)
+    return worst_first(rows)
+
+
+def variable_names(program: GaitProgram) -> tuple[str, ...]:
+    """Name of every variable: domain, node and coordinate."""
+    robot = program.problem.pattern.robot
+    names = ["period"] * program.layout.size
+    kinds = {"q": robot.coordinate_names, "v": robot.coordinate_names, "a": robot.coordinate_names}
+    words = {"q": "", "v": "rate of ", "a": "acceleration of "}
+    for domain in program.layout.domains:
+        labels = {kind: [words[kind] + name for name in kinds[kind]] for kind in kinds}
+        labels["u"] = [f"torque {name}" for name in robot.joint_names]
+        labels["force"] = [f"force {label}" for label in program.problem.pattern.contacts(domain.stance).labels]
+        for kind, texts in labels.items():
+            for node, places in enumerate(getattr(domain, kind)):
+                for place, text in zip(places, texts, strict=True):
+                    names[place] = f"{domain.place(node)} {text}"
+        names[int(domain.duration[0])] = f"{domain.stance.name} duration"
+        for place, known in zip(domain.phase_numbers, program.problem.outputs.phase.numbers, strict=True):
+            names[int(place)] = f"{domain.stance.name} phase {known.name}"
+        controlled = program.problem.outputs.of(domain.stance.name).coordinates
+        order = program.problem.outputs.order
+        curves = [f"coefficient {name} {number}" for number in range(order + 1) for name in controlled]
+        axes = [f"impulse {label}" for label in program.problem.pattern.contacts(domain.switch.target).labels]
+        for places, texts in ((domain.coefficients, curves), (domain.impulse, axes if domain.impulse.size else [])):
+            for place, text in zip(places, texts, strict=True):
+                names[place] = f"{domain.stance.name} {text}"
+    return tuple(names)
+
+
+def _rows(
+    names: tuple[str, ...],
+    lower: NDArray[np.float64],
+    values: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    kinds: NDArray[np.str_],
+) -> list[Residual]:
+    excess = np.maximum(np.maximum(lower - values, values - upper), 0.0)
+    bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
+    return [Residual(names[i], float(lower[i]), float(values[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]
