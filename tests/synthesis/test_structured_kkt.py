@@ -168,7 +168,7 @@ def test_what_it_cannot_factor_is_refused(case: Case, what: str, says: str) -> N
     assert says in case.solver.refusal
     again = Ma27(case.solver, case.system())
     assert again.flag != 0
-    assert np.isnan(again.solve(np.ones(system.size))).all()
+    assert not again.solve(np.ones(system.size)).any()
 
 
 def test_a_place_that_the_program_does_not_have_is_refused(case: Case) -> None:
@@ -183,12 +183,12 @@ def test_a_matrix_of_another_size_is_refused(case: Case) -> None:
     assert Ma27(case.solver, replace(case.system(), size=10)).flag != 0
 
 
-def test_a_solution_beyond_its_bound_is_no_number(case: Case) -> None:
+def test_a_solution_beyond_its_bound_is_zero(case: Case) -> None:
     """The right side is beyond what doubles hold, so that no refinement can meet the bound."""
     system = case.system()
     ma27 = Ma27(case.solver, system)
     assert ma27.factor()[0] == 0
-    assert np.isnan(ma27.solve(np.full(system.size, 1e308))).all()
+    assert not ma27.solve(np.full(system.size, 1e308)).any()
     assert case.solver.refusal == "a residual is too large"
     assert ma27.factor()[0] < SINGULAR
 

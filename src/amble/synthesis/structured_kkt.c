@@ -934,5 +934,6 @@ void ma27cd_(Ints n, double *a, Ints la, int *iw, Ints liw, double *w, Ints maxf
         if (solve(solver, solver->instances[iw[0]], a, right)) return;
         solver->refused = REFUSED_RESIDUAL;
     }
-    for (int i = 0; i < *n; i++) right[i] = NAN; /* never a wrong step: IPOPT stops */
+    /* never a wrong step: IPOPT sees a residual as large as the right side, asks for another factor and gets none */
+    memset(right, 0, sizeof(double) * *n);
 }
