@@ -56,9 +56,17 @@ def escaped(text: str) -> str:
     )
 
 
-def escape_docstring(_app: Any, what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
-    """Docstrings are plain text with ``code``; napoleon reads a colon in a property's first line as "type: text"."""
-    lines[:] = [*([""] if what in ("attribute", "property") else []), *(escaped(line) for line in lines)]
+def escape_docstring(_app: Any, _what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
+    """Docstrings are plain text with ``code``."""
+    lines[:] = [escaped(line) for line in lines]
+
+
+def whole_first_line(_app: Any, what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
+    """Of a property's first line napoleon takes what is before a colon for a type; it belongs to the sentence."""
+    found = [number for number, line in enumerate(lines) if line.startswith(":type: ")]
+    if what in ("attribute", "property") and found:
+        before = lines.pop(found[-1]).removeprefix(":type: ")
+        lines[0] = f"{before}: {lines[0]}"
 
 
 def internal_names(_app: Any, _environment: Any, node: Any, content: Any) -> Any:
@@ -70,6 +78,7 @@ def internal_names(_app: Any, _environment: Any, node: Any, content: Any) -> Any
 
 
 def setup(app: Any) -> None:
-    """Connect the two hooks; docstrings are escaped before napoleon reads them."""
+    """Connect the hooks; docstrings are escaped before napoleon reads them, and mended after."""
     app.connect("autodoc-process-docstring", escape_docstring, priority=400)
+    app.connect("autodoc-process-docstring", whole_first_line, priority=600)
     app.connect("missing-reference", internal_names)
