@@ -64,7 +64,7 @@ def escape_docstring(_app: Any, _what: str, _name: str, _object: object, _option
 def whole_first_line(_app: Any, what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
     """Of a property's first line napoleon takes what is before a colon for a type; it belongs to the sentence."""
     found = [number for number, line in enumerate(lines) if line.startswith(":type: ")]
-    if what in ("attribute", "property") and found:
+    if what in ("attribute", "data", "property") and found:
         before = lines.pop(found[-1]).removeprefix(":type: ")
         lines[0] = f"{before}: {lines[0]}"
 
