@@ -172,3 +172,8 @@ def test_the_seed_decides() -> None:
 def test_a_size_that_makes_no_sense_is_refused(size: float) -> None:
     with pytest.raises(InputError, match="size of a perturbation"):
         perturbed(STATE, size, 0)
+
+
+def test_a_negative_seed_is_refused() -> None:
+    with pytest.raises(InputError, match="seed of a perturbation is a whole number from 0 on, not -1"):
+        perturbed(STATE, 0.1, -1)

@@ -185,7 +185,13 @@ def test_a_motion_that_cannot_be_integrated_fails_by_name(walking_gait: Gait, mo
     assert "D1 motion x" in failed(report)
 
 
-@pytest.mark.parametrize(("arguments", "says"), [({"grid": 0}, "at least 1"), ({"tolerance": 0.0}, "positive")])
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        *(({"grid": grid}, "a grid has from 1 to 1000 points") for grid in (0, -1, 1001, 10**9, 10**20)),
+        ({"tolerance": 0.0}, "positive"),
+    ],
+)
 def test_bad_arguments(walking_gait: Gait, arguments: dict[str, float], says: str) -> None:
     with pytest.raises(InputError, match=says):
         check(walking_gait, **arguments)  # type: ignore[arg-type]

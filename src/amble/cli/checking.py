@@ -27,7 +27,7 @@ def check(
     robot: Annotated[
         Path | None, typer.Option(help="URDF of the robot that the gait must have been made for.", show_default=False)
     ] = None,
-    grid: Annotated[int, typer.Option(min=1, help="Points in every spacing of the gait's nodes.")] = GRID,
+    grid: Annotated[int, typer.Option(help="Points in every spacing of the gait's nodes, up to 1000.")] = GRID,
     every: Annotated[bool, typer.Option("--all", help="Print every row, not the worst of each kind.")] = False,
 ) -> None:
     """Check dynamics, contacts, outputs, impacts, periodicity and limits of a gait, between its nodes too."""

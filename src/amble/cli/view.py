@@ -22,7 +22,7 @@ def view(
         Path | None,
         typer.Option(help="URDF file of the robot, whose shapes and meshes are drawn.", show_default=False),
     ] = None,
-    cycles: Annotated[int, typer.Option(min=1, help="The most gait cycles to show.")] = SHOWN_CYCLES,
+    cycles: Annotated[int, typer.Option(help="The most gait cycles to show, up to 1000.")] = SHOWN_CYCLES,
     out: Annotated[
         Path | None,
         typer.Option("--out", "--html", help="Write the page here (HTML) and open no browser.", show_default=False),

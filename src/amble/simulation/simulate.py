@@ -207,11 +207,13 @@ def perturbed(state: Vector, size: float, seed: int) -> Vector:
     Args:
         state: (n_x,).
         size: of every change, at least 0; with 0 the state itself is returned.
-        seed: of the random numbers; the same seed gives the same start.
+        seed: of the random numbers, at least 0; the same seed gives the same start.
 
     Raises:
-        InputError: the size is negative or not finite.
+        InputError: the size is negative or not finite, or the seed is negative.
     """
+    if seed < 0:
+        raise InputError(f"the seed of a perturbation is a whole number from 0 on, not {seed}")
     if not 0.0 <= size < np.inf:
         raise InputError(f"the size of a perturbation is a number from 0 on, not {size}")
     sign = np.random.default_rng(seed).choice([-1.0, 1.0], len(state))

@@ -220,10 +220,19 @@ def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, s
         raise InputError("the start of the simulation is not finite")
     if cycles < 1:
         raise InputError(f"a simulation takes at least 1 cycle, not {cycles}")
-    if not TIGHTEST <= tolerance <= LOOSEST:
-        raise InputError(f"the tolerance {tolerance:g} is not between {TIGHTEST:g} and {LOOSEST:g}")
+    check_tolerance(tolerance)
     if samples < FEWEST_SAMPLES:
         raise InputError(f"a domain is recorded with at least {FEWEST_SAMPLES} samples, not {samples}")
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse a tolerance at which nothing can be integrated, or nothing believed.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    if not TIGHTEST <= tolerance <= LOOSEST:
+        raise InputError(f"the tolerance {tolerance:g} is not between {TIGHTEST:g} and {LOOSEST:g}")
 
 
 def _place(domain: str, cycle: int, clock: float) -> str:

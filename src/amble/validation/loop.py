@@ -56,6 +56,11 @@ class Schedule:
     push: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 1e9, 1e9)
     seed: int = 1
 
+    def __post_init__(self) -> None:
+        """Refuse a seed that would be cut."""
+        if not 0 <= self.seed < 2**64:
+            raise InputError(f"the seed of the noise is a whole number from 0 on of at most 64 bits, not {self.seed}")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Walk:

@@ -58,13 +58,13 @@ def check(
 
     Args:
         gait: the gait.
-        grid: points in every spacing of nodes, at least 1.
+        grid: points in every spacing of nodes, from 1 to 1000.
         tolerance: bound of the scaled residuals.
         slack: what a limit may miss, as a share of its size.
         progress: called before every domain.
 
     Raises:
-        InputError: the grid is not positive.
+        InputError: the grid is out of range, or the tolerance or slack is.
         WorkError: the outputs lose their rank along the motion, or the stabilised loop cannot be integrated.
     """
     if not (tolerance > 0.0 and slack >= 0.0):

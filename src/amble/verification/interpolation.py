@@ -10,11 +10,18 @@ from amble.errors import InputError
 from amble.gait.record import DomainTrajectory
 from amble.types import Matrix, Vector
 
+FINEST = 1000
+"""Most points of a node spacing: a motion of some hundred nodes still fits into memory, and nothing is left to see."""
+
 
 def fine_grid(times: Vector, grid: int) -> Vector:
-    """Return the nodes and ``grid - 1`` points evenly between every two of them."""
-    if grid < 1:
-        raise InputError(f"a grid of {grid} points a node spacing is not fine; at least 1 is needed")
+    """Return the nodes and ``grid - 1`` points evenly between every two of them.
+
+    Raises:
+        InputError: the grid is not from 1 to ``FINEST``.
+    """
+    if not 1 <= grid <= FINEST:
+        raise InputError(f"a grid has from 1 to {FINEST} points in every spacing of nodes, not {grid}")
     steps = np.arange(grid) / grid
     inner = times[:-1, None] + np.diff(times)[:, None] * steps
     return np.append(inner.ravel(), times[-1])

@@ -29,6 +29,9 @@ MARGIN = 3.0
 CELLS = 160
 """Largest number of ground cells along the path; they grow where the path is longer."""
 
+MOST_CYCLES = 1000
+"""Most gait cycles of a page: it grows by 50 kB with each."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Foothold:
@@ -98,20 +101,29 @@ class Replay:
     meshes: tuple[Mesh, ...] = ()
 
 
+def check_cycles(cycles: int) -> None:
+    """Refuse a number of cycles that no page shows.
+
+    Raises:
+        InputError: it is not from 1 to ``MOST_CYCLES``.
+    """
+    if not 1 <= cycles <= MOST_CYCLES:
+        raise InputError(f"a page shows from 1 to {MOST_CYCLES} cycles, not {cycles}")
+
+
 def replay_of_samples(samples: Samples, label: str, cycles: int, meshes: tuple[Mesh, ...] = ()) -> Replay:
     """Lay a motion out for a replay, from its beginning.
 
     Args:
         samples: the motion of a legged robot.
         label: what to call it on the page.
-        cycles: the most gait cycles to show, at least 1.
+        cycles: the most gait cycles to show, from 1 to 1000.
         meshes: looks of links; a link without is drawn from the tree.
 
     Raises:
-        InputError: where ``cycles`` is less than 1, or the motion lasts no time.
+        InputError: where ``cycles`` is out of range, or the motion lasts no time.
     """
-    if cycles < 1:
-        raise InputError(f"{cycles} cycles were asked for; at least 1 is needed")
+    check_cycles(cycles)
     first = int(samples.cycles[0])
     shown = samples.only(first, first + cycles)
     duration = float(shown.times[-1] - shown.times[0])

@@ -10,7 +10,7 @@ from amble.gait import Gait
 from amble.simulation import Trace
 from amble.view.meshes import link_meshes
 from amble.view.page import ReplayPage
-from amble.view.replay import replay_of_samples
+from amble.view.replay import check_cycles, replay_of_samples
 
 
 def replay(
@@ -24,13 +24,14 @@ def replay(
     Args:
         motion: a gait, whose optimised motion is shown, or samples of any motion of a legged robot.
         beside: another one; a trace is a simulation of the first.
-        cycles: the most gait cycles of each to show, at least 1.
+        cycles: the most gait cycles of each to show, from 1 to 1000.
         robot_file: URDF file of the robot, whose shapes and meshes are drawn; without it, bones from joint to joint.
 
     Raises:
         UnknownNameError: a domain of the trace is no stance of the first motion's gait.
-        InputError: ``cycles`` is less than 1, a motion cannot be shown, or the file is not that of its robot.
+        InputError: ``cycles`` is out of range, a motion cannot be shown, or the file is not that of its robot.
     """
+    check_cycles(cycles)
     motions = [_samples(motion, cycles)]
     if isinstance(beside, Trace):
         motions.append(samples_of_trace(beside, motions[0].pattern))

@@ -1,0 +1,64 @@
+"""A number of the command line that no work can use is one sentence and exit code 2, before the work."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from typing import get_type_hints
+
+import pytest
+
+from amble.cli.app import app
+from tests.cli.run import exit_code
+
+DATA = Path(__file__).parents[1] / "data"
+GAIT = str(DATA / "stabilised-amble.json")
+BIPED = str(DATA / "biped-of-small-basin.json")
+WHEEL = str(DATA.parents[1] / "examples" / "rimless_wheel.py")
+HUGE = "9" * 30
+WALKING = ("simulate", BIPED, "--cycles", "1")
+MOVED = ("validate", GAIT, "--control", "impedance", "--case", "nominal")
+
+NUMBERS: dict[tuple[str, str], tuple[tuple[str, ...], tuple[str, ...]]] = {
+    ("check", "grid"): (("check", GAIT), ("0", "-1", "1001", "1e3", HUGE)),
+    ("simulate", "cycles"): (("simulate", BIPED), ("0", "-1", "1.5", "nan")),
+    ("simulate", "tolerance"): (WALKING, ("-1", "nan", "1e400")),
+    ("simulate", "perturb"): (WALKING, ("-1", "nan", "inf", "-inf")),
+    ("simulate", "seed"): ((*WALKING, "--perturb", "1e-3"), ("-1", "1.5", f"-{HUGE}")),
+    ("view", "cycles"): (("view", GAIT), ("0", "-1", "1001", HUGE)),
+    ("reproduce", "cycles"): (("reproduce",), ("0", "-1", "x")),
+    ("reproduce", "tolerance"): (("reproduce",), ("0", "nan", "inf", "-1")),
+    ("validate", "cycles"): (MOVED, ("0", "-1")),
+    ("validate", "seed"): ((*MOVED, "--cycles", "1"), ("-1", HUGE)),
+    ("prove", "bits"): (("prove", f"{WHEEL}:rolling"), ("0", "63", "1025", HUGE)),
+    ("prove", "order"): (("prove", f"{WHEEL}:rolling"), ("3", "41", HUGE)),
+    ("prove", "basin"): (("prove", f"{WHEEL}:rolling"), ("-1", "2", "nan", "inf")),
+}
+
+
+def test_every_number_of_every_command_is_tried() -> None:
+    commands = {
+        command.name or getattr(command.callback, "__name__", ""): command.callback
+        for command in app.registered_commands
+    }
+    found = {
+        (name, option)
+        for name, callback in commands.items()
+        for option, kind in get_type_hints(inspect.unwrap(callback)).items()
+        if kind in (int, float)
+    }
+    assert found == set(NUMBERS)
+
+
+@pytest.mark.parametrize("place", NUMBERS, ids="-".join)
+def test_a_number_out_of_range_is_one_sentence(
+    place: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A grid of 10^20 points and a seed of -1 ended in tracebacks; a tolerance was refused after the synthesis."""
+    monkeypatch.chdir(tmp_path)
+    arguments, values = NUMBERS[place]
+    for value in values:
+        assert exit_code(*arguments, f"--{place[1]}", value) == 2, value
+        said = capsys.readouterr().err.splitlines()
+        assert "error" in said[-1].lower()
+    assert not list(tmp_path.iterdir())
