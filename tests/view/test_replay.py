@@ -83,9 +83,9 @@ def test_the_centre_of_mass_keeps_its_place_among_the_links(shown: Replay) -> No
 def test_the_ground_lies_under_the_path(shown: Replay) -> None:
     grid = shown.ground
     far = grid.origin + grid.cell * (np.array(grid.heights.shape) - 1)
-    margin = 2.5 * shown.robot.leg_length  # 3 lengths, and the base is not the centre of mass
-    assert np.all(shown.center[:, :2] - margin > grid.origin)
-    assert np.all(shown.center[:, :2] + margin < far)
+    base, margin = shown.links[:, 0, :2], 3.0 * shown.robot.leg_length
+    assert np.all(base - margin >= grid.origin)
+    assert np.all(base + margin <= far)
     assert np.all(grid.heights == 0.0)
 
 
