@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
+
+from tests.tools import program
 
 MACOS = "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", MACOS)
 
 
 def browser() -> str:
-    """The program, or skip; ``AMBLE_BROWSER_NEEDED=1``, as in .ci/run, makes a missing one a failure."""
-    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
-    if found is None:
-        sentence = f"no browser is installed to look at pages with ({', '.join(BROWSERS)}; Debian's package: chromium)"
-        if os.environ.get("AMBLE_BROWSER_NEEDED") == "1":
-            pytest.fail(sentence)
-        pytest.skip(sentence)
-    return found
+    """The program; see ``tests.tools``."""
+    return program(BROWSERS, "that shows pages", "chromium")
 
 
 def screenshot(page: Path, folder: Path, fragment: str = "", size: tuple[int, int] = (900, 600)) -> NDArray[np.uint8]:

@@ -6,7 +6,7 @@ Values go into generated text here alone: comments are escaped, templates filled
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 
@@ -14,6 +14,7 @@ import casadi as ca
 
 from amble.codegen.parts import cut_into_parts
 from amble.errors import WorkError
+from amble.version import __version__
 
 _GAPS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
 """Where a space goes: the ends and beginnings of comments, and trigraphs."""
@@ -80,6 +81,12 @@ def filled(text: str, code: Mapping[str, str], comments: Mapping[str, str] | Non
     """
     values = {**code, **{name: comment(value) for name, value in (comments or {}).items()}}
     return _PLACE.sub(lambda place: values[place.group(1)], text)
+
+
+def build_rules(sources: Sequence[str]) -> str:
+    """Write CMakeLists.txt for the controller with some further sources; CMake's versions are numbers alone."""
+    number = re.match(r"\d+(\.\d+){0,3}", __version__)
+    return filled(template("CMakeLists.txt"), {"SOURCES": " ".join(sources), "NUMBER": number[0] if number else "0"})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
-from amble.export.code import Code, c_code, filled, template
+from amble.export.code import Code, build_rules, c_code, filled, template
 from amble.export.impedance import impedance_files, impedance_texts
 from amble.export.law import LATEST, StanceLaw, stance_laws, tables
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
@@ -120,13 +120,12 @@ def _contents(
     """File name -> text; every file that is compiled into the controller holds the content id and tests it."""
     test = filled(template("same_export.c"), {"CONTENT": content})
     inside = {**code, "CONTENT": content}
-    listed = {"SOURCES": " ".join(f"{code.name}.c" for code in codes)}
     return {
         **{f"{code.name}.c": code.text + test for code in codes},
         "amble_controller.h": filled(template("controller.h"), inside, comments),
         "amble_controller.c": filled(template("controller.c"), inside, comments) + test,
         "replay.c": template("replay.c"),
-        "CMakeLists.txt": filled(template("CMakeLists.txt"), listed),
+        "CMakeLists.txt": build_rules([f"{code.name}.c" for code in codes]),
         "test_vectors.txt": vectors,
     }
 

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.export.code import filled, template
+from amble.export.code import build_rules, filled, template
 from amble.export.law import numbers, torque_limits, whole_numbers
 from amble.export.vectors import A_STANCE, DAMPING, DISTURBANCE, OK, SATURATED, SEED
 from amble.gait import Gait
@@ -102,7 +102,7 @@ def impedance_files(code: Mapping[str, str], comments: Mapping[str, str], conten
         "amble_controller.h": filled(template("impedance.h"), inside, comments),
         "amble_controller.c": filled(template("impedance.c"), inside, comments) + test,
         "replay.c": template("impedance_replay.c"),
-        "CMakeLists.txt": filled(template("CMakeLists.txt"), {"SOURCES": ""}),
+        "CMakeLists.txt": build_rules([]),
     }
 
 

@@ -25,7 +25,7 @@ static void permute(const int *index, const double *sign, const double *from, do
 
 /* Law of a stance at its clock; the second half of a mirrored gait mirrors the state and then the result. */
 static int evaluate(amble_controller *c, double clock, const double *q, const double *qd, double *u, double *force) {
-  double x[2 * AMBLE_COORDINATES], torque[AMBLE_JOINTS], contact[AMBLE_FORCES];
+  double x[2 * AMBLE_COORDINATES], torque[AMBLE_JOINTS] = {0}, contact[AMBLE_FORCES] = {0};
   const double *arg[ARGUMENTS] = {0};
   double *res[RESULTS] = {0};
   int i, solved = c->stance % SOLVED, mirrored = c->stance >= SOLVED, failed;

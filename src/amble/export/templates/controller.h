@@ -13,6 +13,7 @@
 #ifndef AMBLE_CONTROLLER_H
 #define AMBLE_CONTROLLER_H
 
+#define AMBLE_VERSION "@VERSION@"
 /* Id of the content of this export; every C file of it holds the same one and tests that. */
 #define AMBLE_CONTENT @CONTENT@
 
