@@ -43,8 +43,8 @@ def solve_plainly(problem: GaitProblem, tolerance: float, most_seconds: float) -
         p=program.parameters,
         lbx=lower,
         ubx=upper,
-        lbg=program.program.lower,
-        ubg=program.program.upper,
+        lbg=program.program.lower * program.program.row_scale,
+        ubg=program.program.upper * program.program.row_scale,
     )
     seconds = time.perf_counter() - began
     stats = solver.stats()

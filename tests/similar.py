@@ -98,7 +98,7 @@ def _limits(limits: Limits, mass: float, length: float) -> Limits:
         positions={name: scaled(pair, length if name in LENGTHS else 1.0) for name, pair in limits.positions.items()},
         speeds={name: value / time for name, value in limits.speeds.items()},
         torques={name: mass * length * value for name, value in limits.torques.items()},
-        acceleration=limits.acceleration * max(1.0, 1.0 / length),  # of lengths and angles alike
+        acceleration=limits.acceleration / length,
         touchdown_velocity=(x, y, z),
         normal_force=mass * limits.normal_force,
         clearance=length * limits.clearance,

@@ -11,6 +11,7 @@ from amble.synthesis.assembly import Block, Label, Program, assemble
 COUNT = 7
 GENERATOR = np.random.default_rng(0)
 SCALE = GENERATOR.uniform(0.2, 5.0, COUNT)
+ROW_SIZES, COST_SCALE = {"m": 0.3, "N": 7.0, "1": 2.0}, 0.11
 CONSTANTS = GENERATOR.normal(size=(COUNT - 2, 2))
 
 
@@ -26,7 +27,7 @@ def pair_block() -> Block:
         parameters=p,
         rows=ca.vertcat(ca.sin(w[0]) * w[1] - c[0], w[1] ** 2 * w[2] + p[0] * w[0]),
         cost=c[1] * (w[0] - w[1]) ** 2 * ca.exp(w[2]) + p[1] * w[0] ** 4,
-        labels=(Label("wave", "sine"), Label("power", "square")),
+        labels=(Label("wave", "sine", "m"), Label("power", "square", "N")),
         columns=np.column_stack([chain, chain + 1, np.full(instances, COUNT - 1)]),
         values=CONSTANTS,
         places=tuple(f"link {k}" for k in chain),
@@ -56,7 +57,7 @@ def end_block() -> Block:
 
 @pytest.fixture(scope="module")
 def program() -> Program:
-    return assemble([pair_block(), end_block()], SCALE, 2)
+    return assemble([pair_block(), end_block()], SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE)
 
 
 @pytest.fixture(scope="module")
@@ -67,9 +68,10 @@ def whole() -> ca.Function:
     z, f, g = x * SCALE, 0, []
     for k in range(COUNT - 2):
         a, b, last = z[k], z[k + 1], z[COUNT - 1]
-        g += [ca.sin(a) * b - CONSTANTS[k, 0], b**2 * last + p[0] * a]
+        g += [(ca.sin(a) * b - CONSTANTS[k, 0]) / 0.3, (b**2 * last + p[0] * a) / 7.0]
         f += CONSTANTS[k, 1] * (a - b) ** 2 * ca.exp(last) + p[1] * a**4
-    g.append(z[0] * z[COUNT - 1] ** 3)
+    g.append(z[0] * z[COUNT - 1] ** 3 / 2.0)
+    f = f / COST_SCALE
     rows = ca.vertcat(*g)
     hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, rows), x)[0])
     parts = [f, rows, ca.gradient(f, x), ca.jacobian(rows, x), hessian]
@@ -101,7 +103,9 @@ def test_rows_are_named_and_bounded_in_order(program: Program) -> None:
     assert program.row_names[-1] == "end product"
     assert list(program.row_kinds[:3]) == ["wave", "power", "wave"]
     assert list(program.row_instances) == [*np.repeat(np.arange(COUNT - 2), 2), 0]
-    assert program.lower[-1] == -1.0
+    assert program.lower[-1] == -0.5
+    assert program.row_units[:2].tolist() == ["m", "N"]
+    assert program.row_scale[[0, 1, -1]].tolist() == [0.3, 7.0, 2.0]
     assert program.upper[1] == np.inf
     assert len(program.row_names) == program.lower.size == program.upper.size == program.nlp.numel_out(1)
 

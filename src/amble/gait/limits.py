@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import inf
 
 from amble.errors import InputError
+from amble.io.quantities import unit_of
 from amble.residual import Residual
 from amble.robot import Robot
 from amble.robot.natural_units import velocity_unit
@@ -37,7 +38,7 @@ class Limits:
             (lower, upper), m or rad.
         speeds: joint name -> largest |rate|, rad/s.
         torques: joint name -> largest |torque|, N m.
-        acceleration: largest |second derivative| of any coordinate, m/s^2 or rad/s^2.
+        acceleration: largest |second derivative| of an angle, rad/s^2; times the leg length that of x, y and z, m/s^2.
         touchdown_velocity: velocity of a landing foot just before the impact along the ground's two tangents and its
             normal (on level ground x, y, z) -> (lower, upper), m/s; a gait problem needs an upper bound along the
             normal of at most ``highest_landing``.
@@ -74,6 +75,11 @@ class Limits:
         for what, value in (("normal force", self.normal_force), ("clearance", self.clearance)):
             if not 0.0 <= value < inf:
                 raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")
+
+    def accelerations(self, robot: Robot) -> dict[str, float]:
+        """Return coordinate -> largest |second derivative|, m/s^2 or rad/s^2, as a point a leg away would have it."""
+        by_unit = {"m": self.acceleration * robot.leg_length, "rad": self.acceleration}
+        return {name: by_unit[unit_of(name)] for name in robot.coordinate_names}
 
 
 def highest_landing(robot: Robot) -> float:

@@ -175,6 +175,10 @@ class Contact(ABC):
         """Number of components."""
         return len(self.labels)
 
+    def units(self, along: str, about: str) -> list[str]:
+        """Return a unit of every component: one of forces or points, one of moments or turns."""
+        return [along] * len(AXES) + [about] * len(self.moments)
+
     @property
     def mirror_signs(self) -> tuple[float, ...]:
         """Signs of the components under the mirror y -> -y."""

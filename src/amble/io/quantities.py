@@ -215,3 +215,8 @@ def unit_of(coordinate: str, per_second: str = "") -> str:
 def units(coordinates: Sequence[str], per_second: str = "") -> list[str]:
     """Return the unit of every coordinate, or of its derivative."""
     return [unit_of(name, per_second) for name in coordinates]
+
+
+def load_units(coordinates: Sequence[str], times: str = "") -> list[str]:
+    """Return the unit of what acts along every coordinate: N or N m, or times something, such as a second."""
+    return [("N" if name in LENGTHS else "N m") + times for name in coordinates]

@@ -6,7 +6,7 @@ blocks' compiled code and scatters their numbers.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -22,10 +22,11 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Label:
-    """What a row of a block is: its kind, by which code selects it, and its name, which people read."""
+    """What a row of a block is: its kind, by which code selects it, its name, which people read, and its unit."""
 
     kind: str
     name: str
+    unit: str = "1"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +69,7 @@ class Block:
 
 @dataclass(frozen=True, kw_only=True)
 class Program:
-    """The functions of a nonlinear program in scaled variables; parameters keep their units.
+    """The functions of a nonlinear program in scaled variables, rows and cost; parameters keep their units.
 
     Attributes:
         nlp: (x, p) -> (f, g).
@@ -78,6 +79,9 @@ class Program:
         row_names: name of every row of g.
         row_kinds: kind of every row of g, an array of text.
         row_instances: which instance of its block every row of g belongs to, such as the node of a domain.
+        row_units: unit of every row before it was scaled, an array of text.
+        row_scale: size of one unit of every scaled row, (n_g,).
+        cost_scale: the same of f.
         lower: lower bounds of g.
         upper: upper bounds of g.
     """
@@ -89,6 +93,9 @@ class Program:
     row_names: tuple[str, ...]
     row_kinds: NDArray[np.str_]
     row_instances: Index
+    row_units: NDArray[np.str_]
+    row_scale: NDArray[np.float64]
+    cost_scale: float
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
 
@@ -127,13 +134,21 @@ class _Pieces:
     hessian_places: tuple[Index, Index]
 
 
-def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_count: int) -> Program:
+def assemble(
+    blocks: Sequence[Block],
+    scale: NDArray[np.float64],
+    parameter_count: int,
+    row_size: Callable[[str], float],
+    cost_scale: float,
+) -> Program:
     """Assemble blocks into one program.
 
     Args:
         blocks: the blocks; their rows follow each other in this order, instance by instance.
         scale: size of one unit of every scaled variable, (n_x,).
         parameter_count: number of parameters n_p.
+        row_size: unit of a label -> size of one unit of the scaled row.
+        cost_scale: size of one unit of the scaled objective.
     """
     x, p = ca.MX.sym("x", scale.size), ca.MX.sym("p", parameter_count)
     natural = x * ca.DM(scale)
@@ -143,19 +158,23 @@ def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_coun
         value = _mapped(compiled[block.name].value, block, natural, p)
         rows.append(ca.vec(value[0]))
         costs.append(ca.sum2(value[1]))
-    g, f = ca.vertcat(*rows), sum(costs)
+    units = np.array([label.unit for b in blocks for _ in b.places for label in b.labels])
+    known = {unit: row_size(unit) for unit in set(units.tolist())}
+    row_scale = np.array([known[unit] for unit in units.tolist()])
+    g, f = ca.vertcat(*rows) / ca.DM(row_scale), sum(costs) / cost_scale
     slopes = [_mapped(compiled[b.name].gradient, b, natural, p)[0] for b in blocks]
-    gradient = _scatter(ca.vertcat(*[ca.vec(s) for s in slopes]), _gradient_places(blocks), scale)
+    gradient = _scatter(ca.vertcat(*[ca.vec(s) for s in slopes]), _gradient_places(blocks), scale / cost_scale)
     entries = [_mapped(compiled[b.name].jacobian, b, natural, p)[0] for b in blocks]
-    jacobian = _scatter(
-        ca.vertcat(*[ca.vec(e) for e in entries]), _jacobian_places(blocks, compiled), scale, g.shape[0]
+    jacobian = _scatter_rows(
+        ca.vertcat(*[ca.vec(e) for e in entries]), _jacobian_places(blocks, compiled), scale, row_scale
     )
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", g.shape[0])
+    natural_f, natural_g = lam_f / cost_scale, lam_g / ca.DM(row_scale)
     curvature, offset = [], 0
     for block in blocks:
         count = block.instances * block.rows.shape[0]
-        multipliers = ca.reshape(lam_g[offset : offset + count], block.rows.shape[0], block.instances)
-        curvature.append(_mapped(compiled[block.name].hessian, block, natural, p, multipliers, lam_f)[0])
+        multipliers = ca.reshape(natural_g[offset : offset + count], block.rows.shape[0], block.instances)
+        curvature.append(_mapped(compiled[block.name].hessian, block, natural, p, multipliers, natural_f)[0])
         offset += count
     hessian = _scatter_symmetric(ca.vertcat(*[ca.vec(c) for c in curvature]), _hessian_places(blocks, compiled), scale)
     return Program(
@@ -170,8 +189,11 @@ def assemble(blocks: Sequence[Block], scale: NDArray[np.float64], parameter_coun
         ),
         row_kinds=np.array([label.kind for b in blocks for _ in b.places for label in b.labels]),
         row_instances=np.concatenate([np.repeat(np.arange(b.instances), len(b.labels)) for b in blocks]),
-        lower=np.concatenate([block.lower.ravel() for block in blocks]),
-        upper=np.concatenate([block.upper.ravel() for block in blocks]),
+        row_units=units,
+        row_scale=row_scale,
+        cost_scale=cost_scale,
+        lower=np.concatenate([block.lower.ravel() for block in blocks]) / row_scale,
+        upper=np.concatenate([block.upper.ravel() for block in blocks]) / row_scale,
     )
 
 
@@ -265,13 +287,18 @@ def _hessian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tupl
     return np.minimum(rows, columns), np.maximum(rows, columns)
 
 
-def _scatter(values: ca.MX, places: Index | tuple[Index, Index], scale: NDArray[np.float64], height: int = 0) -> ca.MX:
-    """Add values into a vector (one index array) or a matrix (rows, columns), in scaled variables."""
-    if isinstance(places, tuple):
-        rows, columns = places
-        return _sum_into(values * ca.DM(scale[columns]), rows, columns, (height, scale.size))
-    ones = ca.DM.triplet(places.tolist(), list(range(places.size)), ca.DM(scale[places]), scale.size, places.size)
+def _scatter(values: ca.MX, places: Index, size: NDArray[np.float64]) -> ca.MX:
+    """Add values into a vector, each times the size of its place."""
+    ones = ca.DM.triplet(places.tolist(), list(range(places.size)), ca.DM(size[places]), size.size, places.size)
     return ca.densify(ones @ values)
+
+
+def _scatter_rows(
+    values: ca.MX, places: tuple[Index, Index], scale: NDArray[np.float64], row_scale: NDArray[np.float64]
+) -> ca.MX:
+    """Add values into a matrix (rows, columns), in scaled variables and rows."""
+    rows, columns = places
+    return _sum_into(values * ca.DM(scale[columns] / row_scale[rows]), rows, columns, (row_scale.size, scale.size))
 
 
 def _scatter_symmetric(values: ca.MX, places: tuple[Index, Index], scale: NDArray[np.float64]) -> ca.MX:

@@ -18,8 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.hybrid import Contacts, GaitPattern
+from amble.io.quantities import units
 from amble.numerics.runge_kutta import HERMITE_SIMPSON
-from amble.robot import dynamics
+from amble.robot import Robot, dynamics
+from amble.robot.natural_units import RobotUnits
 from amble.types import Matrix, NodeValues, Vector, frozen
 
 Index = NDArray[np.int64]
@@ -27,22 +29,23 @@ Index = NDArray[np.int64]
 BASE = 6
 
 SWAY = frozen([0.05, 0.05, 0.02, 0.1, 0.05, 0.1])
-"""A motion of the base that is not small any more, m and rad; the inverse squares weigh the quadratic program."""
+"""A motion of the base that is not small any more, in units of the robot and rad; the inverse squares weigh the
+quadratic program."""
 
 SWAY_ACCELERATION = frozen([3.0, 10.0, 1.0, 30.0, 30.0, 30.0])
-"""The same for its acceleration, m/s^2 and rad/s^2; nearly even height, or the robot would hop to be light."""
+"""The same for its acceleration; nearly even height, or the robot would hop to be light."""
 
 FORCE = frozen([0.07, 0.07, 0.3])
 """The same for a contact force, in weights of the robot; little horizontal force, for the sake of friction."""
 
-MOMENT = 0.07
-"""The same for a moment that a contact holds, in weights of the robot times the length of its leg."""
+MOMENT = 0.06
+"""The same for a moment that a contact holds, in weights times the robot's unit of length."""
 
 FREE = 1e-3
 """Weight of what is hardly weighed."""
 
 DAMPING = 1e-3
-"""Of the legs' answer to the base, m/rad."""
+"""Of the legs' answer to the base, in units of the robot a radian."""
 
 
 @dataclass(frozen=True)
@@ -79,36 +82,51 @@ def base_trajectory(
     from scipy.sparse import bmat, diags, identity
     from scipy.sparse.linalg import spsolve
 
-    places, weights, wanted = _unknowns(walks)
-    rows = [_dynamics(walk, at) for walk, at in zip(walks, places, strict=True)]
-    rows += [_collocation(walk, at) for walk, at in zip(walks, places, strict=True)]
-    rows.append(_continuity(pattern, places, turn))
-    matrix, right = _stacked(rows, wanted.size)
+    base = _BaseUnits.of(pattern.robot)
+    places, sizes, weights, wanted = _unknowns(walks, base)
+    rows = [_dynamics(walk, at, base) for walk, at in zip(walks, places, strict=True)]
+    rows += [_collocation(walk, at, base) for walk, at in zip(walks, places, strict=True)]
+    rows.append(_continuity(pattern, places, turn, base))
+    matrix, right = _stacked(rows, sizes)
     hessian = diags(weights)
     system = bmat([[hessian, matrix.T], [matrix, -1e-9 * identity(right.size)]]).tocsc()
-    solution = spsolve(system, np.concatenate([weights * wanted, right]))
+    solution = sizes * spsolve(system, np.concatenate([weights * wanted, right]))[: sizes.size]
     weight = pattern.robot.mass * pattern.robot.gravity
     return [solution[at.s] for at in places], [weight * solution[at.force] for at in places]
 
 
-def _unknowns(walks: Sequence[LevelWalk]) -> tuple[list[_Places], Vector, Vector]:
-    """Number the unknowns node by node, with their weights and the values they should be near."""
-    places, weights, wanted, offset = [], [], [], 0
+@dataclass(frozen=True, kw_only=True)
+class _BaseUnits:
+    """Sizes of the base's coordinates, of two rates of them, (6,) each, and of a length, m, for a robot."""
+
+    s: Vector
+    ds: Vector
+    dds: Vector
+    length: float
+
+    @classmethod
+    def of(cls, robot: Robot) -> _BaseUnits:
+        sizes, names = RobotUnits.of(robot), robot.coordinate_names[:BASE]
+        s, ds, dds = (np.array([sizes.size(unit) for unit in units(names, per)]) for per in ("", "/s", "/s^2"))
+        return cls(s=s, ds=ds, dds=dds, length=sizes.length)
+
+
+def _unknowns(walks: Sequence[LevelWalk], base: _BaseUnits) -> tuple[list[_Places], Vector, Vector, Vector]:
+    """Number the unknowns node by node: places, sizes of one unit, and scaled by these weights and wanted values."""
+    places, sizes, weights, wanted, offset = [], [], [], [], 0
     for walk in walks:
         nodes, contacts = walk.q.shape[0], walk.contacts
         width = 3 * BASE + contacts.size
         index = offset + np.arange(nodes * width).reshape(nodes, width)
         places.append(_Places(*np.split(index, [BASE, 2 * BASE, 3 * BASE], axis=1)))
-        sizes = [SWAY, np.full(BASE, FREE**-0.5), SWAY_ACCELERATION, _force_sizes(contacts)]
-        weights.append(np.tile(np.concatenate(sizes) ** -2.0, nodes))
+        moments, feet = len(contacts.contact.moments), len(contacts.feet)
+        spread = [SWAY, np.full(BASE, FREE**-0.5), SWAY_ACCELERATION, np.tile([*FORCE, *[MOMENT] * moments], feet)]
+        weights.append(np.tile(np.concatenate(spread) ** -2.0, nodes))
         wanted.append(np.tile(np.concatenate([np.zeros(3 * BASE), _share(contacts)]), nodes))
+        units_of_force = np.tile([1.0, 1.0, 1.0, *[base.length] * moments], feet)
+        sizes.append(np.tile(np.concatenate([base.s, base.ds, base.dds, units_of_force]), nodes))
         offset += index.size
-    return places, np.concatenate(weights), np.concatenate(wanted)
-
-
-def _force_sizes(contacts: Contacts) -> Vector:
-    moments = np.full(len(contacts.contact.moments), MOMENT * contacts.robot.leg_length)
-    return np.tile(np.concatenate([FORCE, moments]), len(contacts.feet))
+    return places, np.concatenate(sizes), np.concatenate(weights), np.concatenate(wanted)
 
 
 def _share(contacts: Contacts) -> Vector:
@@ -117,11 +135,11 @@ def _share(contacts: Contacts) -> Vector:
     return np.tile([0.0, 0.0, 1.0 / max(count, 1), *np.zeros(len(contacts.contact.moments))], count)
 
 
-Rows = tuple[Matrix, Index, Vector]
-"""Coefficients and the places of their unknowns, (rows, terms) each, and right-hand sides, (rows,)."""
+Rows = tuple[Matrix, Index, Vector, Vector]
+"""Coefficients and the places of their unknowns, (rows, terms) each, right-hand sides and sizes, (rows,) each."""
 
 
-def _dynamics(walk: LevelWalk, at: _Places) -> Rows:
+def _dynamics(walk: LevelWalk, at: _Places, base: _BaseUnits) -> Rows:
     """The base rows of D a + h = J^T lambda, in robot weights, linear around the level walk."""
     robot, nodes, share = walk.contacts.robot, walk.q.shape[0], _share(walk.contacts)
     # shorthand
@@ -134,9 +152,9 @@ def _dynamics(walk: LevelWalk, at: _Places) -> Rows:
     function = ca.Function("balance", [q, v, a, lam], [ca.densify(part) for part in parts]).map(nodes)
     values = function(walk.q.T, walk.v.T, walk.a.T, np.tile(share[:, None], nodes))
     rest, by_q, by_a, by_force, feet_by_q = (_by_node(value, nodes) for value in values)
-    legs, base = feet_by_q[:, :, BASE:], feet_by_q[:, :, :BASE]
-    normal = legs.transpose(0, 2, 1) @ legs + DAMPING**2 * np.eye(legs.shape[2])
-    follow = -np.linalg.solve(normal, legs.transpose(0, 2, 1) @ base)
+    legs, moved = feet_by_q[:, :, BASE:], feet_by_q[:, :, :BASE]
+    normal = legs.transpose(0, 2, 1) @ legs + (DAMPING * base.length) ** 2 * np.eye(legs.shape[2])
+    follow = -np.linalg.solve(normal, legs.transpose(0, 2, 1) @ moved)
     S = np.concatenate([np.tile(np.eye(BASE), (nodes, 1, 1)), follow], axis=1)
     coefficients = np.concatenate([by_q @ S, by_a @ S, by_force], axis=2)
     terms = np.hstack([at.s, at.dds, at.force])
@@ -144,6 +162,7 @@ def _dynamics(walk: LevelWalk, at: _Places) -> Rows:
         coefficients.reshape(nodes * BASE, -1),
         np.repeat(terms, BASE, axis=0),
         (by_force @ share - rest[:, :, 0]).ravel(),
+        np.tile(base.length / base.s, nodes),  # forces in weights, moments in weights times a length
     )
 
 
@@ -153,24 +172,25 @@ def _by_node(value: Any, nodes: int) -> NDArray[np.float64]:
     return array.reshape(array.shape[0], nodes, -1).transpose(1, 0, 2)
 
 
-def _collocation(walk: LevelWalk, at: _Places) -> Rows:
+def _collocation(walk: LevelWalk, at: _Places, base: _BaseUnits) -> Rows:
     """Every inner and end node of an interval follows from its rates."""
     stages = HERMITE_SIMPSON.nodes.size
     starts = np.arange(0, at.s.shape[0] - 1, stages - 1)
     step = walk.duration / starts.size
-    coefficients, terms = [], []
+    coefficients, terms, sizes = [], [], []
     for stage in range(1, stages):
-        for value, rate in ((at.s, at.ds), (at.ds, at.dds)):
+        for value, rate, size in ((at.s, at.ds, base.s), (at.ds, at.dds, base.ds)):
             columns = [value[starts + stage], value[starts], *(rate[starts + k] for k in range(stages))]
             index = np.stack([column.ravel() for column in columns], axis=1)
             row = np.concatenate([[1.0, -1.0], -step * HERMITE_SIMPSON.integration[stage]])
             terms.append(index)
             coefficients.append(np.tile(row, (index.shape[0], 1)))
+            sizes.append(np.tile(size, starts.size))
     stacked = np.vstack(coefficients)
-    return stacked, np.vstack(terms), np.zeros(stacked.shape[0])
+    return stacked, np.vstack(terms), np.zeros(stacked.shape[0]), np.concatenate(sizes)
 
 
-def _continuity(pattern: GaitPattern, places: Sequence[_Places], turn: float) -> Rows:
+def _continuity(pattern: GaitPattern, places: Sequence[_Places], turn: float, base: _BaseUnits) -> Rows:
     """The base trajectory goes on from domain to domain, and returns, mirrored where the gait is, turned with it."""
     signs = pattern.robot.mirror.coordinates.sign[:BASE] if pattern.mirrored else np.ones(BASE)
     links = [(before, after, np.ones(BASE)) for before, after in pairwise(places)] + [(places[-1], places[0], signs)]
@@ -190,14 +210,17 @@ def _continuity(pattern: GaitPattern, places: Sequence[_Places], turn: float) ->
         coefficients = [np.column_stack([block, np.zeros(BASE)]) for block in coefficients[:-2]] + [turned, turned]
         terms = [np.column_stack([block, block[:, 0]]) for block in terms[:-2]]
         terms += [np.column_stack([end, start, start[across]]) for end, start in ends]
-    return np.vstack(coefficients), np.vstack(terms), np.zeros(2 * BASE * len(links))
+    sizes = np.tile(np.concatenate([base.s, base.ds]), len(links))
+    return np.vstack(coefficients), np.vstack(terms), np.zeros(sizes.size), sizes
 
 
-def _stacked(rows: Sequence[Rows], width: int) -> tuple[Any, Vector]:
+def _stacked(rows: Sequence[Rows], sizes: Vector) -> tuple[Any, Vector]:
+    """Return the matrix and the right-hand side in scaled unknowns, rows scaled too."""
     from scipy.sparse import csc_matrix, vstack
 
     blocks = []
-    for coefficients, terms, right in rows:
+    for coefficients, terms, right, row_sizes in rows:
         first = np.repeat(np.arange(right.size), terms.shape[1])
-        blocks.append(csc_matrix((coefficients.ravel(), (first, terms.ravel())), shape=(right.size, width)))
-    return vstack(blocks), np.concatenate([right for _, _, right in rows])
+        scaled = coefficients * sizes[terms] / row_sizes[:, None]
+        blocks.append(csc_matrix((scaled.ravel(), (first, terms.ravel())), shape=(right.size, sizes.size)))
+    return vstack(blocks), np.concatenate([right / row_sizes for _, _, right, row_sizes in rows])

@@ -17,6 +17,7 @@ from amble.gait.command import Command
 from amble.hybrid import Contacts, GaitPattern
 from amble.numerics.bezier import evaluate, fit
 from amble.robot import Robot, dynamics, kinematics
+from amble.robot.natural_units import RobotUnits
 from amble.synthesis.base_trajectory import BASE, LevelWalk, base_trajectory
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.node_block import domain_phase, output_indices
@@ -30,7 +31,8 @@ SWING_FACTOR = 1.5
 """Top of a swing foot's parabola over the clearance that is asked for."""
 
 DAMPING = 1e-3
-"""Of the inverse kinematics, m/rad; small against a leg, so that the feet are met where they can be."""
+"""Of the inverse kinematics, in units of the robot a radian; small against a leg, so that feet are met where they can
+be."""
 
 KINEMATIC_STEPS = 8
 
@@ -198,10 +200,11 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
     jacobian = ca.densify(Contacts(robot, robot.foot_names).jacobian(q))[:, 6:]
     function = ca.Function("feet", [q], [positions, jacobian]).map(nodes)
     motion = np.hstack([base, np.tile(joints, (nodes, 1))])
+    damping = DAMPING * RobotUnits.of(robot).length
     for _ in range(KINEMATIC_STEPS):
         where, slopes = (np.asarray(part) for part in function(motion.T))
         J = slopes.reshape((-1, nodes, joints.size)).transpose(1, 0, 2)
-        normal = J.transpose(0, 2, 1) @ J + DAMPING**2 * np.eye(joints.size)
+        normal = J.transpose(0, 2, 1) @ J + damping**2 * np.eye(joints.size)
         step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ (feet - where.T)[:, :, None])
         motion[:, 6:] += step[:, :, 0]
     return motion

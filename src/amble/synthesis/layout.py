@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from amble.hybrid import Stance, Switch
+from amble.io.quantities import load_units, unit_of, units
 from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_positions
+from amble.robot.natural_units import RobotUnits
 from amble.synthesis.problem import GaitProblem
 from amble.types import NodeValues, Vector
 
@@ -25,12 +28,12 @@ SCALES = {
     "phase": 1.0,
     "impulse": 1.0,
 }
-"""Size of one unit of the scaled variables (docs/theory/transcription.md, eq. 14)."""
+"""Size of one unit of the scaled variables, in units of the robot (docs/theory/transcription.md, eq. 14)."""
 
 Bounds = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 COEFFICIENT_RANGE = 10.0
-"""Bezier coefficients are angles; this only keeps the solver from running away, rad."""
+"""Of Bezier coefficients, scaled, which are angles; this only keeps the solver from running away."""
 
 
 MARGIN = 0.01
@@ -39,8 +42,8 @@ the nodes of ASTRo's amble (15 intervals a domain) a joint speed was 0.3 % above
 
 
 POSITION_MARGIN = 2e-3
-"""What positions keep free of their bounds at the nodes where a problem asks for that, m and rad. Between the nodes of
-solved gaits of seven quadrupeds (15 intervals a domain) positions were up to 1.7e-3 beyond them."""
+"""What positions keep free of their bounds at the nodes where a problem asks for that, in units of the robot and rad.
+Between the nodes of solved gaits of seven quadrupeds (15 intervals a domain) they were up to 1.7e-3 beyond them."""
 
 LARGEST_MARGIN = 0.1
 """Share of a range of positions that the margin takes at each end at most."""
@@ -88,7 +91,7 @@ class DomainLayout:
         return f"{self.stance.name} node {node}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Layout:
     """Indices of all variables, and the scale of each.
 
@@ -96,11 +99,13 @@ class Layout:
         domains: the solved domains.
         period: index of the summed duration of the solved domains, (1,).
         scale: (n_x,).
+        units: those of the robot, which scales, rows and cost are multiples of.
     """
 
     domains: tuple[DomainLayout, ...]
     period: Index
     scale: NDArray[np.float64]
+    units: RobotUnits
 
     @property
     def size(self) -> int:
@@ -111,43 +116,50 @@ class Layout:
 class _Counter:
     """Hands out consecutive indices; lives only while a layout is built."""
 
-    def __init__(self) -> None:
+    def __init__(self, units: RobotUnits) -> None:
         self.scales: list[float] = []
+        self._units, self._sizes = units, dict[str, float]()
 
-    def take(self, kind: str, count: int) -> Index:
+    def take(self, kind: str, units: Sequence[str]) -> Index:
+        """Number variables of a kind, one a unit."""
         start = len(self.scales)
-        self.scales.extend([SCALES[kind]] * count)
-        return np.arange(start, start + count)
+        for unit in units:
+            size = self._sizes.setdefault(unit, self._units.size(unit))
+            self.scales.append(SCALES[kind] * size)
+        return np.arange(start, len(self.scales))
 
 
 def build_layout(problem: GaitProblem) -> Layout:
     """Order the variables along time: node by node, then the domain's own."""
-    counter = _Counter()
+    robot_units = RobotUnits.of(problem.pattern.robot)
+    counter = _Counter(robot_units)
     pairs = zip(problem.pattern.solved, problem.pattern.switches, strict=True)
     domains = tuple(_domain(problem, stance, switch, counter) for stance, switch in pairs)
-    period = counter.take("duration", 1)
-    return Layout(domains, period, np.array(counter.scales))
+    period = counter.take("duration", ["s"])
+    return Layout(domains=domains, period=period, scale=np.array(counter.scales), units=robot_units)
 
 
 def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Counter) -> DomainLayout:
     robot = problem.pattern.robot
     phases = node_positions(HERMITE_SIMPSON, problem.intervals)
-    sizes = {
-        "q": robot.size,
-        "v": robot.size,
-        "a": robot.size,
-        "u": len(robot.joints),
-        "force": problem.pattern.contacts(stance).size,
+    names, foot = robot.coordinate_names, problem.pattern.contact
+    of_nodes = {
+        "q": units(names),
+        "v": units(names, "/s"),
+        "a": units(names, "/s^2"),
+        "u": load_units(robot.joint_names),
+        "force": foot.units("N", "N m") * len(stance.feet),
     }
-    rows: dict[str, list[Index]] = {kind: [] for kind in sizes}
-    duration = counter.take("duration", 1)
-    outputs = len(problem.outputs.of(stance.name).coordinates)
+    rows: dict[str, list[Index]] = {kind: [] for kind in of_nodes}
+    duration = counter.take("duration", ["s"])
+    outputs = units(problem.outputs.of(stance.name).coordinates)
     coefficients = counter.take("coefficients", outputs * (problem.outputs.order + 1))
-    phase_numbers = counter.take("phase", len(problem.outputs.phase.numbers))
+    phase_numbers = counter.take("phase", [number.unit for number in problem.outputs.phase.numbers])
     for _ in phases:
-        for kind, size in sizes.items():
-            rows[kind].append(counter.take(kind, size))
-    impulse = counter.take("impulse", problem.pattern.contacts(switch.target).size if switch.landing else 0)
+        for kind, each in of_nodes.items():
+            rows[kind].append(counter.take(kind, each))
+    landed = len(switch.target.feet) if switch.landing else 0
+    impulse = counter.take("impulse", foot.units("N s", "N m s") * landed)
     stacked = {kind: np.array(index) for kind, index in rows.items()}
     return DomainLayout(
         stance=stance,
@@ -171,7 +183,7 @@ def variable_bounds(problem: GaitProblem, layout: Layout) -> Bounds:
     """Return lower and upper bounds of the unscaled variables, (n_x,) each."""
     lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
     for number, domain in enumerate(layout.domains):
-        _bound_domain(problem, domain, lower, upper)
+        _bound_domain(problem, layout, domain, lower, upper)
         if number == 0:
             # Ground that is the same everywhere along an axis leaves the place open; a mirror fixes the lateral one.
             along = problem.pattern.ground.translations
@@ -185,30 +197,35 @@ def variable_bounds(problem: GaitProblem, layout: Layout) -> Bounds:
 
 
 def _bound_domain(
-    problem: GaitProblem, domain: DomainLayout, lower: NDArray[np.float64], upper: NDArray[np.float64]
+    problem: GaitProblem, layout: Layout, domain: DomainLayout, lower: NDArray[np.float64], upper: NDArray[np.float64]
 ) -> None:
     robot, limits = problem.pattern.robot, problem.limits
     joints = robot.size - len(robot.joints)
     lower[domain.duration], upper[domain.duration] = limits.durations[domain.stance.name]
-    lower[domain.coefficients], upper[domain.coefficients] = -COEFFICIENT_RANGE, COEFFICIENT_RANGE
+    most = COEFFICIENT_RANGE * layout.scale[domain.coefficients]
+    lower[domain.coefficients], upper[domain.coefficients] = -most, most
     contacts = problem.pattern.contacts(domain.stance)
     for name, (low, high) in limits.positions.items():
         if name == "z" and not contacts.ground.level:
             continue  # above the ground under the base: a row of the nodes
-        place = domain.q[:, robot.coordinate_names.index(name)]
-        margin = min(POSITION_MARGIN, LARGEST_MARGIN * (high - low)) if problem.node_margins else 0.0
-        lower[place], upper[place] = low + margin, high - margin
-    for name, high in limits.speeds.items():
-        place = domain.v[:, joints + robot.joint_names.index(name)]
-        lower[place], upper[place] = -(1.0 - MARGIN) * high, (1.0 - MARGIN) * high
-    for name, high in limits.torques.items():
-        place = domain.u[:, robot.joint_names.index(name)]
-        lower[place], upper[place] = -(1.0 - MARGIN) * high, (1.0 - MARGIN) * high
-    acceleration = (1.0 - MARGIN) * limits.acceleration if problem.node_margins else limits.acceleration
-    lower[domain.a], upper[domain.a] = -acceleration, acceleration
+        margin = min(POSITION_MARGIN * layout.units.size(unit_of(name)), LARGEST_MARGIN * (high - low))
+        _within(lower, upper, domain.q[:, robot.coordinate_index(name)], (low, high), margin * problem.node_margins)
+    for places, most_of in (
+        (domain.v[:, joints:], limits.speeds),
+        (domain.u, limits.torques),
+    ):
+        for name, high in most_of.items():
+            _within(lower, upper, places[:, robot.joint_index(name)], (-high, high), MARGIN * high)
+    for place, high in enumerate(limits.accelerations(robot).values()):
+        _within(lower, upper, domain.a[:, place], (-high, high), MARGIN * high * problem.node_margins)
     if not contacts.ground.level:
         return  # the normal force is no variable there
     for foot in contacts.feet:
         lower[domain.force[:, contacts.normal_index(foot)]] = limits.normal_force
     for foot in domain.switch.leaving:
         upper[domain.force[-1, contacts.normal_index(foot)]] = limits.normal_force
+
+
+def _within(lower: Vector, upper: Vector, places: Index, bounds: tuple[float, float], margin: float) -> None:
+    """Bound variables, with a margin at both ends."""
+    lower[places], upper[places] = bounds[0] + margin, bounds[1] - margin

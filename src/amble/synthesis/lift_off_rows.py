@@ -33,4 +33,4 @@ def lift_off_rows(
         acceleration = kinematics.foot_jacobian(robot, foot, q) @ a + kinematics.foot_bias(robot, foot, q, v)
         along = into_frame(acceleration, ground.frame(kinematics.foot_position(robot, foot, q)))
         rows.append(along[2] / robot.gravity)
-    return rows, RowKind.LIFT_OFF.labels(*(f"lift-off acceleration {foot} (g)" for foot in switch.leaving))
+    return rows, RowKind.LIFT_OFF.labels((f"lift-off acceleration {foot} (g)" for foot in switch.leaving), "1")

@@ -12,6 +12,7 @@ from amble.hybrid import Switch, impact
 from amble.hybrid.contact import AXES
 from amble.hybrid.ground import into_frame
 from amble.hybrid.landing import steps
+from amble.io.quantities import load_units, units
 from amble.names import identifier
 from amble.numerics.runge_kutta import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
@@ -21,7 +22,7 @@ from amble.robot.turn import turn_error, turned_velocity
 from amble.synthesis.assembly import Block, Label
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
-from amble.synthesis.node_block import FORCE_UNIT, ProgramParameters, output_indices
+from amble.synthesis.node_block import ProgramParameters, output_indices
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowGroup, RowKind
 
@@ -47,7 +48,7 @@ def landing_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX) -> Ro
     pattern = problem.pattern
     chain = steps(switch, pattern.landing_rule, pattern.robot.foot_names)
     rows: list[ca.SX] = []
-    names: list[str] = []
+    labels: list[Label] = []
     lower: list[float] = []
     for stance in dict.fromkeys(step.target for step in chain) if len(chain) > 1 else ():
         contacts = pattern.contacts(stance)
@@ -56,14 +57,14 @@ def landing_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX) -> Ro
         where = "after " + ", ".join(foot for foot in stance.feet if foot in switch.landing)
         for foot, push in zip(stance.feet, pushes, strict=True):
             rows.append(contacts.contact.normal_force(push))
-            names.append(f"{where}: impulse {foot}")
+            labels += RowKind.LANDING_ORDER.labels([f"{where}: impulse {foot}"], "N s")
             lower.append(0.0)
         for foot in (*switch.lifting, *(foot for foot in switch.landing if foot not in stance.feet)):
             up = _upwards(problem, foot, q, after)
             rows.append(up if foot in switch.lifting else -up)
-            names.append(f"{where}: velocity {'up' if foot in switch.lifting else 'down'} {foot}")
+            way = "up" if foot in switch.lifting else "down"
+            labels += RowKind.LANDING_ORDER.labels([f"{where}: velocity {way} {foot}"], "m/s")
             lower.append(RELEASE * velocity_unit(pattern.robot))
-    labels = list(RowKind.LANDING_ORDER.labels(*names))
     return RowGroup(rows=rows, labels=labels, lower=lower, upper=[np.inf] * len(rows))
 
 
@@ -89,9 +90,8 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
     for stage in range(1, stages):
         weights = ca.DM(HERMITE_SIMPSON.integration[stage])
         rows += [q[:, 0] + T * part * (v @ weights) - q[:, stage], v[:, 0] + T * part * (a @ weights) - v[:, stage]]
-        labels += RowKind.DEFECT.labels(
-            *(f"defect {kind}{name} stage {stage}" for kind in ("", RATE) for name in names)
-        )
+        for kind, per in (("", ""), (RATE, "/s")):
+            labels += RowKind.DEFECT.labels((f"defect {kind}{name} stage {stage}" for name in names), units(names, per))
     starts = np.arange(problem.intervals) * (stages - 1)
     steps = [(starts + stage) for stage in range(stages)]
     columns = [kind[step][:, free] for kind in (domain.q, domain.v, domain.a) for step in steps]
@@ -168,8 +168,8 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         groups += [_impact_rows(problem, switch, symbols), _touchdown_rows(problem, switch, symbols)]
         groups.append(landing_rows(problem, switch, symbols.q_minus, symbols.v_minus))
     else:
-        rates = (f"continuity {RATE}{name}" for name in pattern.robot.coordinate_names)
-        labels = RowKind.CONTINUITY.labels(*rates)
+        names = pattern.robot.coordinate_names
+        labels = RowKind.CONTINUITY.labels((f"continuity {RATE}{name}" for name in names), units(names, "/s"))
         groups.append(RowGroup.equalities([symbols.v_next - symbols.v_minus], labels))
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
     force, a_plus = ca.SX(0, 1), ca.SX(0, 1)
@@ -179,9 +179,9 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         turning = last and not problem.command.straight  # what a foot does along the vertical is the same after a turn
         at = (symbols.q_plus, symbols.v_plus) if turning else (symbols.q_minus, symbols.v_minus)
         a_next = pattern.robot.mirror.position(a_plus) if last and pattern.mirrored else a_plus
-        rising, names = lift_off_rows(problem, switch, *at, a_next)
+        rising, labels = lift_off_rows(problem, switch, *at, a_next)
         endless = [np.inf] * len(rising)
-        groups.append(RowGroup(rows=rising, labels=names, lower=[RISE] * len(rising), upper=endless))
+        groups.append(RowGroup(rows=rising, labels=labels, lower=[RISE] * len(rising), upper=endless))
     if switch.leaving and not pattern.ground.level:
         # on level ground the normal force is a variable, whose bounds say the same
         force = ca.SX.sym("force", pattern.contacts(switch.source).size)
@@ -214,7 +214,8 @@ def _continuity_rows(problem: GaitProblem, symbols: _SwitchSymbols) -> RowGroup:
                 rows[:3] += ca.vertcat(*[share * part for share in ground.translations[axis]])
         if not problem.command.straight:
             rows[3:6] = turn_error(symbols.q_plus, symbols.q_minus, symbols.way[2])
-    labels = RowKind.CONTINUITY.labels(*(f"continuity {name}" for name in robot.coordinate_names))
+    names = robot.coordinate_names
+    labels = RowKind.CONTINUITY.labels((f"continuity {name}" for name in names), units(names))
     return RowGroup.equalities([rows], labels)
 
 
@@ -223,9 +224,11 @@ def _impact_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbols) 
     robot, landed = problem.pattern.robot, problem.pattern.contacts(switch.target)
     J, mass = landed.jacobian(symbols.q_minus), dynamics.mass_matrix(robot, symbols.q_minus)
     rows = [mass @ (symbols.v_next - symbols.v_minus) - J.T @ symbols.impulse, J @ symbols.v_next]
-    return RowGroup.equalities(
-        rows, RowKind.IMPACT.labels(*(f"impact {name}" for name in (*robot.coordinate_names, *landed.labels)))
+    labels = RowKind.IMPACT.labels(
+        (f"impact {name}" for name in (*robot.coordinate_names, *landed.labels)),
+        load_units(robot.coordinate_names, " s") + landed.contact.units("m/s", "rad/s") * len(landed.feet),
     )
+    return RowGroup.equalities(rows, labels)
 
 
 def _touchdown_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbols) -> RowGroup:
@@ -238,7 +241,7 @@ def _touchdown_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbol
         velocity = kinematics.foot_jacobian(robot, foot, symbols.q_minus) @ symbols.v_minus
         rows += [ground.gap(point), into_frame(velocity, ground.frame(point))]
         axes = (f"touchdown velocity {foot} {axis}" for axis in AXES)
-        labels += RowKind.TOUCHDOWN.labels(f"touchdown height {foot}", *axes)
+        labels += RowKind.TOUCHDOWN.labels([f"touchdown height {foot}"], "m") + RowKind.TOUCHDOWN.labels(axes, "m/s")
     lower, upper = ([0.0, *(interval[end] for interval in limits)] * len(switch.landing) for end in (0, 1))
     return RowGroup(rows=rows, labels=labels, lower=lower, upper=upper)
 
@@ -247,9 +250,9 @@ def _lift_off_rows(problem: GaitProblem, switch: Switch, q: ca.SX, force: ca.SX)
     """Feet leave the ground where their normal force has fallen to its least."""
     contacts = problem.pattern.contacts(switch.source)
     local = contacts.local(force, contacts.points(q))
-    rows = [contacts.contact.normal_force(local[contacts.feet.index(foot)]) / FORCE_UNIT for foot in switch.leaving]
-    labels = RowKind.LIFT_OFF.labels(*(f"lift-off force {foot} (10 N)" for foot in switch.leaving))
-    least = [problem.limits.normal_force / FORCE_UNIT] * len(switch.leaving)
+    rows = [contacts.contact.normal_force(local[contacts.feet.index(foot)]) for foot in switch.leaving]
+    labels = RowKind.LIFT_OFF.labels((f"lift-off force {foot}" for foot in switch.leaving), "N")
+    least = [problem.limits.normal_force] * len(switch.leaving)
     return RowGroup(rows=rows, labels=labels, lower=least, upper=least)
 
 
@@ -276,7 +279,7 @@ def phase_block(problem: GaitProblem, domain: DomainLayout) -> Block:
         parameters=ProgramParameters.symbols().packed(),
         rows=values - measured,
         cost=NO_COST,
-        labels=tuple(RowKind.PHASE.labels(*(number.name for number in numbers))),
+        labels=tuple(RowKind.PHASE.labels((known.name for known in numbers), (known.unit for known in numbers))),
         columns=np.concatenate([domain.q[0], domain.q[-1], domain.phase_numbers])[None, :],
         values=np.zeros((1, 0)),
         places=(f"{domain.stance.name} phase",),
@@ -296,7 +299,7 @@ def period_block(layout: Layout) -> Block:
         parameters=ProgramParameters.symbols().packed(),
         rows=period - ca.sum1(durations),
         cost=NO_COST,
-        labels=tuple(RowKind.PERIOD.labels("sum of durations")),
+        labels=tuple(RowKind.PERIOD.labels(["sum of durations"], "s")),
         columns=columns[None, :],
         values=np.zeros((1, 0)),
         places=("period",),

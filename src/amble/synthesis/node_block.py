@@ -12,6 +12,7 @@ from amble.control.phase import DomainPhase, PhaseRates
 from amble.errors import InputError
 from amble.gait.cost import Instant
 from amble.hybrid import Contacts, selection
+from amble.io.quantities import load_units, units
 from amble.names import identifier
 from amble.numerics.bezier import bezier
 from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_weights
@@ -21,12 +22,6 @@ from amble.synthesis.assembly import Block, Label
 from amble.synthesis.layout import MARGIN, DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
-
-FORCE_UNIT = 10.0
-"""Scale of force and torque rows, N and N m, so that rows of all kinds have similar size."""
-
-ACCELERATION_UNIT = 20.0
-"""The same for rows of accelerations, rad/s^2."""
 
 SLOWEST = 0.05
 """Least rate of a phase that the configuration moves, as a share of its mean; curves over it need one that grows."""
@@ -94,10 +89,10 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     tilted, tilted_labels = _tilted_rows(contacts, q, local)
     labels = (
         _equality_labels(problem, domain, contacts, law.shape[0])
-        + RowKind.FRICTION.labels(*(f"friction {name} {side} (10 N)" for name in feet for side in foot.sides))
-        + RowKind.HEIGHT.labels(*(f"height {name}" for name in swing))
+        + RowKind.FRICTION.labels((f"friction {name} {side}" for name in feet for side in foot.sides), "N")
+        + RowKind.HEIGHT.labels((f"height {name}" for name in swing), "m")
         + tilted_labels
-        + RowKind.PHASE_RATE.labels(*["rate of the phase"] * growth.shape[0])
+        + RowKind.PHASE_RATE.labels(["rate of the phase"] * growth.shape[0], "1")
     )
     equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
     lower, upper = _bounds(problem, domain, equalities, swing)
@@ -112,9 +107,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
         variables=variables,
         constants=ca.vertcat(share, weight),
         parameters=parameters.packed(),
-        rows=ca.vertcat(
-            motion / FORCE_UNIT, contact, outputs, law / FORCE_UNIT, cones / FORCE_UNIT, *gaps, *tilted, growth
-        ),
+        rows=ca.vertcat(motion, contact, outputs, law, cones, *gaps, *tilted, growth),
         cost=weight * T / period * problem.cost.running(instant),  # its mean, with the scheme's own quadrature weights
         labels=tuple(labels),
         columns=columns,
@@ -127,14 +120,17 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
 
 def _equality_labels(problem: GaitProblem, domain: DomainLayout, contacts: Contacts, laws: int) -> list[Label]:
     """Label the rows that are zero: dynamics, contacts, outputs with their rates, allocation law."""
-    coordinates = problem.outputs.of(domain.stance.name).coordinates
+    coordinates, joints = problem.outputs.of(domain.stance.name).coordinates, contacts.robot.coordinate_names
+    accelerations = contacts.contact.units("m/s^2", "rad/s^2") * len(contacts.feet)
     return (
-        RowKind.DYNAMICS.labels(*(f"dynamics {name} (10 N)" for name in contacts.robot.coordinate_names))
-        + RowKind.CONTACT.labels(*(f"contact {label}" for label in contacts.labels))
-        + RowKind.OUTPUT.labels(*(f"output {name}" for name in coordinates))
-        + RowKind.OUTPUT_RATE.labels(*(f"output {RATE}{name}" for name in coordinates))
-        + RowKind.OUTPUT_ACCELERATION.labels(*(f"output {ACCELERATION}{name}" for name in coordinates))
-        + RowKind.LAW.labels(*(f"law {problem.law.name} {i} (10 N m)" for i in range(laws)))
+        RowKind.DYNAMICS.labels((f"dynamics {name}" for name in joints), load_units(joints))
+        + RowKind.CONTACT.labels((f"contact {label}" for label in contacts.labels), accelerations)
+        + RowKind.OUTPUT.labels((f"output {name}" for name in coordinates), units(coordinates))
+        + RowKind.OUTPUT_RATE.labels((f"output {RATE}{name}" for name in coordinates), units(coordinates, "/s"))
+        + RowKind.OUTPUT_ACCELERATION.labels(
+            (f"output {ACCELERATION}{name}" for name in coordinates), units(coordinates, "/s^2")
+        )
+        + RowKind.LAW.labels((f"law {problem.law.name} {i}" for i in range(laws)), "N m")
     )
 
 
@@ -151,22 +147,30 @@ def _output_rows(
     q, v, a = (part[controlled] for part in state)
     value, slope, curvature = bezier(alpha, phase.value)
     second = curvature * phase.rate**2 + slope * phase.second(state[2])
-    return ca.vertcat(q - value, v - slope * phase.rate, (a - second) / ACCELERATION_UNIT)
+    return ca.vertcat(q - value, v - slope * phase.rate, a - second)
 
 
 def _law_rows(problem: GaitProblem, contacts: Contacts, q: ca.SX, v: ca.SX, u: ca.SX, lam: ca.SX) -> ca.SX:
-    """Rows of the allocation law, built on the same null space as the controller's."""
-    return ca.densify(problem.law.optimality_conditions(Redundancy.at(contacts, (q, v), (u, lam))))
+    """Rows of the allocation law, built on the controller's null space as a share of its size at the posture.
+
+    Its columns are then of size one whatever their length, so that conditions on torques are torques.
+    """
+    torques, forces = contacts.torque_null_space(q)
+    at = ca.SX.sym("q", contacts.robot.size)
+    sizes = ca.Function("sizes", [at], [ca.sqrt(ca.sum1(contacts.torque_null_space(at)[0] ** 2)).T])
+    per = 1.0 / sizes(problem.posture.coordinates(contacts.robot))
+    null_space = (torques @ ca.diag(per), forces @ ca.diag(per)) if per.numel() else (torques, forces)
+    return ca.densify(problem.law.optimality_conditions(Redundancy.at(contacts, (q, v), (u, lam), null_space)))
 
 
 def _tilted_rows(contacts: Contacts, q: ca.SX, local: list[ca.SX]) -> tuple[list[ca.SX], list[Label]]:
     """What bounds of variables say on level ground: normal force of every stance foot, height of the base."""
     if contacts.ground.level:
         return [], []
-    forces = [contacts.contact.normal_force(f) / FORCE_UNIT for f in local]
+    forces = [contacts.contact.normal_force(f) for f in local]
     base = q[2] - contacts.ground.height(q[0], q[1])
-    labels = RowKind.NORMAL_FORCE.labels(*(f"normal force {foot} (10 N)" for foot in contacts.feet))
-    return [*forces, base], labels + RowKind.BASE_HEIGHT.labels("base above the ground")
+    labels = RowKind.NORMAL_FORCE.labels((f"normal force {foot}" for foot in contacts.feet), "N")
+    return [*forces, base], labels + RowKind.BASE_HEIGHT.labels(["base above the ground"], "m")
 
 
 def _bounds(
@@ -192,7 +196,7 @@ def _bounds(
         lower[progress < 1e-9, row] = -np.inf
         lower[progress > 1.0 - 1e-9, row] = -np.inf
     if tilted:
-        lower[:, normal:-1] = problem.limits.normal_force / FORCE_UNIT
+        lower[:, normal:-1] = problem.limits.normal_force
         lower[:, -1], upper[:, -1] = problem.limits.positions.get("z", (-np.inf, np.inf))
     for foot in domain.switch.leaving if tilted else ():
         lower[-1, normal + domain.stance.feet.index(foot)] = -np.inf  # a row of the switch says what it is

@@ -17,6 +17,7 @@ from amble.synthesis.layout import Layout, build_layout, resampled, variable_bou
 from amble.synthesis.link_blocks import defect_block, period_block, phase_block, switch_block
 from amble.synthesis.node_block import node_block, parameter_values
 from amble.synthesis.problem import GaitProblem
+from amble.synthesis.rows import ROW_SIZES
 
 SMALLEST = 1e-7
 """Smallest singular value of the scaled equality Jacobian, its rows normalised, below which rows count as dependent."""
@@ -33,7 +34,7 @@ SHIFT = 1e-12
 
 @dataclass(frozen=True, kw_only=True)
 class GaitProgram:
-    """A gait problem ready for a solver; variables are scaled by ``layout.scale``.
+    """A gait problem ready for a solver; variables are scaled by ``layout.scale``, rows and cost by ``program``'s own.
 
     Attributes:
         problem: the problem.
@@ -55,7 +56,13 @@ class GaitProgram:
 def build_program(problem: GaitProblem) -> GaitProgram:
     """Transcribe a gait problem; compiled code comes from the cache where the structure is known."""
     layout = build_layout(problem)
-    program = assemble(_blocks(problem, layout), layout.scale, parameter_values(problem).size)
+    units = layout.units
+
+    def row_size(unit: str) -> float:
+        return ROW_SIZES.get(unit, 1.0) * units.size(unit)
+
+    cost_scale = units.size(problem.cost.unit)
+    program = assemble(_blocks(problem, layout), layout.scale, parameter_values(problem).size, row_size, cost_scale)
     lower, upper = variable_bounds(problem, layout)
     return GaitProgram(
         problem=problem,

@@ -137,7 +137,7 @@ def _solution(program: GaitProgram, gait: Gait, x: Vector) -> Solution:
     report = replace(
         gait.solver,
         violation=float(np.abs(values[equal] - nlp.lower[equal]).max()),
-        objective=float(cost),
+        objective=nlp.cost_scale * float(cost),
     )
     rows = violated_rows(program, x, values)
     return Solution(variables=x, multipliers=gait.multipliers, report=report, rows=rows, solved=True)

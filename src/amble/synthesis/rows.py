@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -33,9 +34,16 @@ class RowKind(StrEnum):
     LANDING_ORDER = "landing order"
     PERIOD = "period"
 
-    def labels(self, *names: str) -> list[Label]:
-        """Return labels of this kind, by the names that people read."""
-        return [Label(self.value, name) for name in names]
+    def labels(self, names: Iterable[str], units: str | Iterable[str]) -> list[Label]:
+        """Return labels of this kind, by the names that people read, with one unit for all or one each."""
+        known = tuple(names)
+        each = [units] * len(known) if isinstance(units, str) else units
+        return [Label(self.value, name, unit) for name, unit in zip(known, each, strict=True)]
+
+
+ROW_SIZES = {"N": 10.0, "N m": 10.0, "rad/s^2": 20.0}
+"""Unit -> size of one unit of a scaled row, in units of the robot, so that rows of all kinds have similar size; 1 where
+nothing is said."""
 
 
 AT_ENTRY = (RowKind.OUTPUT, RowKind.OUTPUT_RATE)

@@ -228,7 +228,7 @@ def finished(
         variables=variables.size,
         constraints=values.size,
         violation=float(np.max(program.program.excess(values))),
-        objective=float(objective[0]),
+        objective=program.program.cost_scale * float(objective[0]),
     )
     kept = None if multipliers is None or not solved else LagrangeMultipliers(*map(_rounded, multipliers))
     rows = violated_rows(program, variables, values)

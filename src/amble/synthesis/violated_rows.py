@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from amble.residual import Residual, worst_first
 from amble.synthesis.program import GaitProgram
+from amble.types import Vector
 
 ROW_TOLERANCE = 1e-6
 """How far a row may lie outside its bounds in scaled units without being named."""
@@ -15,12 +16,15 @@ ROW_TOLERANCE = 1e-6
 def violated_rows(
     program: GaitProgram, variables: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[Residual, ...]:
-    """Return the rows and bounds violated beyond ``ROW_TOLERANCE``, worst first; bounds in natural units."""
+    """Return the rows and bounds that scaled miss by more than ``ROW_TOLERANCE``, worst first, in SI units."""
     nlp, scale = program.program, program.layout.scale
-    rows = _rows(nlp.row_names, nlp.lower, values, nlp.upper, nlp.row_kinds)
+    named = [
+        f"{name} ({unit})" if unit != "1" else name for name, unit in zip(nlp.row_names, nlp.row_units, strict=True)
+    ]
+    rows = _rows(tuple(named), (nlp.lower, values, nlp.upper), nlp.row_scale, nlp.row_kinds)
     names = variable_names(program)
     kinds = np.full(len(names), "bound")
-    rows += _rows(names, program.lower * scale, variables * scale, program.upper * scale, kinds)
+    rows += _rows(names, (program.lower, variables, program.upper), scale, kinds)
     return worst_first(rows)
 
 
@@ -52,12 +56,10 @@ def variable_names(program: GaitProgram) -> tuple[str, ...]:
 
 
 def _rows(
-    names: tuple[str, ...],
-    lower: NDArray[np.float64],
-    values: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    kinds: NDArray[np.str_],
+    names: tuple[str, ...], values: tuple[Vector, Vector, Vector], size: Vector, kinds: NDArray[np.str_]
 ) -> list[Residual]:
-    excess = np.maximum(np.maximum(lower - values, values - upper), 0.0)
+    """Return what of (lower, value, upper), all scaled, is violated, times the size of one unit."""
+    excess = np.maximum(np.maximum(values[0] - values[1], values[1] - values[2]), 0.0)
+    lower, there, upper = (size * part for part in values)
     bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
-    return [Residual(names[i], float(lower[i]), float(values[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]
+    return [Residual(names[i], float(lower[i]), float(there[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]

@@ -89,14 +89,16 @@ class Watch(ca.Callback):
         g = np.array(values["g"]).ravel()
         excess = nlp.excess(g)
         worst = int(np.argmax(excess))
+        unit = "" if nlp.row_units[worst] == "1" else f" {nlp.row_units[worst]}"
+        missed = f"{nlp.row_scale[worst] * excess[worst]:.2g}{unit}"
         moved = f", {self._projected} start values moved onto their bounds" if self._projected else ""
         progress(
             ProgressReport(
                 what="iteration",
                 done=self._count,
                 quantity="objective",
-                value=float(values["f"]),
-                detail=f"worst row '{nlp.row_names[worst]}' violated by {excess[worst]:.2g}{moved}",
+                value=nlp.cost_scale * float(values["f"]),
+                detail=f"worst row '{nlp.row_names[worst]}' violated by {missed}{moved}",
             )
         )
 

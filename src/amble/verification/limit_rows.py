@@ -91,7 +91,7 @@ def _rates(domain: SampledDomain, slack: float) -> list[Residual]:
     """Speeds, torques and accelerations against symmetric limits."""
     robot, limits, times = domain.gait.robot, domain.gait.limits, domain.times
     joints = robot.joint_names
-    most = dict.fromkeys(robot.coordinate_names, limits.acceleration)
+    most = limits.accelerations(robot)
     found = []
     for kind, names, values, largest in (
         ("speed", joints, domain.velocities[:, 6:], limits.speeds),

@@ -148,7 +148,7 @@ def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
         "[limits]",
         f"clearance = {limits.clearance!r}  # m, of every swing foot at the middle of its swing",
         f"normal_force = {limits.normal_force!r}  # N, the least of every stance foot",
-        f"acceleration = {limits.acceleration!r}  # rad/s^2 and m/s^2, of every coordinate",
+        f"acceleration = {limits.acceleration!r}  # rad/s^2, of every angle; of x, y and z times the leg length",
         f"node_margins = {str(problem.node_margins).lower()}  # a margin of positions and accelerations at the nodes",
         "",
         "[limits.durations]  # of every domain, s",

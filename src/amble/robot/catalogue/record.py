@@ -39,7 +39,7 @@ class GaitBounds:
         duration: of every domain, (shortest, longest), s.
         torque: largest |torque| of every joint, N m.
         speed: largest |rate| of every joint, rad/s.
-        acceleration: largest |second derivative| of every coordinate, m/s^2 or rad/s^2.
+        acceleration: largest |second derivative| of an angle, rad/s^2; times the leg length that of x, y and z.
         positions: coordinate name -> (lower, upper), m or rad.
         touchdown_velocity: of a landing foot just before impact, x, y, z -> (lower, upper), m/s.
     """
