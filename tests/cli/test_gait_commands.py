@@ -13,8 +13,9 @@ import pytest
 from amble.cli.checking import read
 from amble.errors import InputError
 from amble.gait.files import load_gait, save_gait
-from amble.robot import load_robot, symmetrized
+from amble.robot import Adaptation, load_robot, symmetrized
 from amble.simulation import load_trace
+from amble.types import frozen
 from tests.cli.run import exit_code
 from tests.robots import path as urdf
 
@@ -193,3 +194,33 @@ def test_a_gait_may_be_that_of_the_files_robot_symmetrized(tmp_path: Path) -> No
         assert read(path, file).robot == pattern.robot
         with pytest.raises(InputError, match="gait of another robot"):
             read(path, urdf("astro"))
+
+
+def test_a_specification_says_what_a_urdf_and_a_gait_do_not(tmp_path: Path) -> None:
+    """A gait of another base, a rotated one or with offset feet was refused as that of another robot."""
+    gait = load_gait(GAIT)
+    feet = {foot.name: foot.frame for foot in gait.robot.feet}
+    listed = ", ".join(f'{name} = "{frame}"' for name, frame in feet.items())
+    spec = tmp_path / "spec.toml"
+    spec.write_text(
+        f"""[robot]
+file = "{urdf("astro")}"
+feet = {{ {listed} }}
+twins = [["fl", "fr"], ["rl", "rr"]]
+base_rotation = [0.0, 0.1, 0.0]
+foot_offsets = {{ fl = [0.01, 0.0, 0.0], fr = [0.01, 0.0, 0.0] }}
+[gait]
+name = "amble"
+speed = 0.2
+"""
+    )
+    offset = frozen([0.01, 0.0, 0.0])
+    changed = Adaptation(base_rotation=(0.0, 0.1, 0.0), foot_offsets={"fl": offset, "fr": offset})
+    robot = load_robot(urdf("astro"), feet, twins=[("fl", "fr"), ("rl", "rr")], adaptation=changed)
+    path = save_gait(replace(gait, pattern=replace(gait.pattern, robot=robot)), tmp_path / "gait.json")
+    assert read(path, spec).robot == robot
+    with pytest.raises(InputError, match="gait of another robot"):
+        read(path, urdf("astro"))
+    spec.write_text(spec.read_text().replace("0.1, 0.0]", "0.2, 0.0]"))
+    with pytest.raises(InputError, match="gait of another robot"):
+        read(path, spec)

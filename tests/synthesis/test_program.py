@@ -175,7 +175,9 @@ def test_bounds_follow_the_limits(small_problem: GaitProblem, small_program: Gai
             np.testing.assert_allclose(upper[column], bounds[1], rtol=1e-15)
         assert np.all(upper[domain.v[:, 6:]] < 4.0)  # inside the speed limit, which the nodes must not touch
         assert np.all(upper[domain.u] < 50.0)
-        np.testing.assert_allclose(lower[domain.a], -np.tile(list(limits.accelerations(robot).values()), (domain.nodes, 1)))
+        np.testing.assert_allclose(
+            lower[domain.a], -np.tile(list(limits.accelerations(robot).values()), (domain.nodes, 1))
+        )
         np.testing.assert_allclose(lower[domain.force[:, 2::3]], limits.normal_force)
         assert np.all(np.isinf(lower[domain.force[:, 0::3]]))
     first = layout.domains[0].q[0]

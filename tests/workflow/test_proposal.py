@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,9 +11,9 @@ from amble.errors import InputError
 from amble.robot.proposal import proposed_feet
 from amble.robot.readers import READERS
 from amble.robot.urdf import read_urdf
-from amble.synthesis.specification import read_specification
-from amble.synthesis.specified import problem_of
-from amble.workflow.proposal import described, written
+from amble.synthesis.specification import RobotSection, read_specification
+from amble.synthesis.specified import OF_FILES, problem_of, robot_of
+from amble.workflow.proposal import _adaptation, _robot, described, written
 from tests.robots import _FILES, _folder, path
 
 
@@ -30,6 +31,47 @@ def test_the_written_specification_poses_the_same_problem(name: str, gait: str, 
     again = read_specification(file)
     assert problem_of(again, tmp_path) == problem
     assert {"robot", "gait", "ground", "outputs", "law", "limits", "posture", "solver"} == again.model_fields_set
+
+
+ADAPTED = """
+locked = { FL_hip_joint = 0.1 }
+base_rotation = [0.0, 0.05, 0.0]
+foot_offsets = { fl = [0.0, 0.0, 0.01] }
+payload = { mass = 1.5, position = [0.1, 0.0, 0.05], link = "base" }
+rotor_inertia = 0.01
+dampings = { FR_hip_joint = 0.2 }
+dry_friction = "0.1 N m"
+friction_width = 0.7
+file_drives = false
+symmetrize = false
+[gait]
+name = "trot"
+speed = 0.3
+"""
+
+
+def test_an_adapted_robot_is_written_whole(tmp_path: Path) -> None:
+    """A specification that is written again from its problem lost what it changes of the robot's file."""
+    feet = ", ".join(f'{label} = "{frame}"' for label, frame in _FILES["go2"].feet.items())
+    first, second = tmp_path / "first.toml", tmp_path / "second.toml"
+    first.write_text(f'[robot]\nfile = "{path("go2")}"\nfeet = {{ {feet} }}{ADAPTED}')
+    asked = read_specification(first)
+    robot = robot_of(asked.robot, tmp_path)
+    second.write_text(
+        "[robot]\n" + "\n".join(_robot(asked, robot, tmp_path)) + '\n[gait]\nname = "trot"\nspeed = 0.3\n'
+    )
+    assert robot_of(read_specification(second).robot, tmp_path) == robot
+    assert not robot.joints[0].driven_freely
+    assert robot.payload is not None
+
+
+def test_keys_that_are_not_used_are_shown_as_comments_that_would_read() -> None:
+    """Every key of [robot] that adapts a file is there, and its example is one."""
+    section = RobotSection(file="go2.urdf", feet={"fl": "FL_foot"})
+    lines = _adaptation(section)
+    found = tomllib.loads("\n".join(line.removeprefix("# ") for line in lines))
+    assert set(found) == set(RobotSection.model_fields) - OF_FILES - {"name", "file"} | {"foot_radius"}
+    RobotSection.model_validate({"file": "go2.urdf", **found})
 
 
 @pytest.mark.parametrize("name", _FILES)

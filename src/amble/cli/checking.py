@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 def check(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
     robot: Annotated[
-        Path | None, typer.Option(help="URDF of the robot that the gait must have been made for.", show_default=False)
+        Path | None,
+        typer.Option(
+            help="Robot that the gait must have been made for: its URDF, or a specification whose [robot] adapts one.",
+            show_default=False,
+        ),
     ] = None,
     grid: Annotated[int, typer.Option(help="Points in every spacing of the gait's nodes, up to 1000.")] = GRID,
     every: Annotated[bool, typer.Option("--all", help="Print every row, not the worst of each kind.")] = False,
@@ -46,15 +50,29 @@ def check(
 
 
 def read(path: Path, robot: Path | None) -> Gait:
-    """Read a gait; where a URDF is given, it must describe the robot that the gait was made for."""
+    """Read a gait; where a robot is given, it must be the one that the gait was made for.
+
+    Of a URDF, what it does not say is the gait's: gravity, feet, locked joints, payload and drives. A specification
+    says it all, another base, its rotation and offsets of feet too.
+    """
     from amble.gait.files import load_gait
-    from amble.robot import Adaptation, load_robot
+    from amble.synthesis.specification import read_specification
+    from amble.synthesis.specified import robot_of
 
     gait = load_gait(path)
     if robot is None:
         return gait
-    made_for = gait.robot
-    # what a URDF does not say, and what was laid over it, is the gait's
+    if robot.suffix == ".toml":
+        described = robot_of(read_specification(robot).robot, robot.parent)
+    else:
+        described = _laid_over(robot, gait.robot)
+    averaged = _averaged(described)  # a gait may be that of the file's robot with left and right averaged
+    return load_gait(path, averaged if averaged == gait.robot else described)
+
+
+def _laid_over(file: Path, made_for: Robot) -> Robot:
+    from amble.robot import Adaptation, load_robot
+
     laid = Adaptation(
         locked=made_for.locked_joints,
         payload=made_for.payload,
@@ -63,17 +81,15 @@ def read(path: Path, robot: Path | None) -> Gait:
         dry_friction={joint.name: joint.dry_friction for joint in made_for.joints},
         friction_width=max((joint.friction_width for joint in made_for.joints), default=0.0) or None,
     )
-    described = load_robot(
-        robot,
+    return load_robot(
+        file,
         feet={foot.name: foot.frame for foot in made_for.feet},
         gravity=made_for.gravity,
-        name=robot.stem,
+        name=file.stem,
         twins=made_for.twins,
         symmetry_tolerance=made_for.symmetry_tolerance,
         adaptation=laid,
     )
-    averaged = _averaged(described)  # a gait may be that of the file's robot with left and right averaged
-    return load_gait(path, averaged if averaged == made_for else described)
 
 
 def _averaged(robot: Robot) -> Robot | None:

@@ -9,13 +9,15 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from amble.control.outputs import DomainOutputs
 from amble.gait.limits import Interval, Limits
 from amble.hybrid import Plane
 from amble.robot import Robot, catalogue
 from amble.robot.proposal import proposed_twins
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.specification import SolverSection, Specification, specification_of
+from amble.synthesis.specification import RobotSection, SolverSection, Specification, specification_of
 
 BASE = ("z", "roll", "pitch", "yaw")
 
@@ -121,7 +123,7 @@ def _robot(specification: Specification, robot: Robot, folder: str | Path) -> li
     twins = ", ".join(_texts(pair) for pair in robot.twins)
     symmetrize = section.symmetrize
     if symmetrize is None:
-        symmetrize = not _as_read(section.file, robot)
+        symmetrize = not _as_read(section, robot)
     return [
         f"file = {_text(os.path.relpath(str(section.file), folder))}  # from the folder of this specification",
         f"feet = {{ {feet} }}  # label = link or joint; f and r: front and rear, l and r: left and right",
@@ -129,16 +131,63 @@ def _robot(specification: Specification, robot: Robot, folder: str | Path) -> li
         f"gravity = {robot.gravity!r}  # m/s^2",
         f"symmetrize = {str(symmetrize).lower()}  # whether left and right inertias are averaged",
         f"symmetry_tolerance = {robot.symmetry_tolerance!r}  # relative asymmetry that passes for none",
+        *_adaptation(section),
     ]
 
 
-def _as_read(file: str | None, robot: Robot) -> bool:
-    """Whether a robot is that of its file, not one with left and right averaged."""
-    from amble.robot import load_robot
+EXAMPLES = {
+    "base": '"trunk"  # link that is the base',
+    "payload": "{ mass = 1.0, position = [0.0, 0.0, 0.1] }  # kg, m; link = a link's name, where it is not the base",
+    "rotor_inertia": "1e-3  # kg m^2 at every joint, in place of the file's",
+    "damping": "0.1  # N m s/rad, likewise",
+    "dry_friction": "0.1  # N m, likewise",
+    "friction_width": "0.5  # rad/s over which dry friction changes its sign",
+}
+"""What may be changed of a file's robot and is not by default: written as comments."""
 
-    feet = {foot.name: foot.frame for foot in robot.feet}
-    read = load_robot(str(file), feet, robot.gravity, robot.name, robot.twins, robot.symmetry_tolerance)
-    return read == robot
+
+def _adaptation(section: RobotSection) -> list[str]:
+    """What is different from the file's robot, and what may be."""
+    lines = [
+        f"locked = {_table(section.locked)}  # joint = angle, rad, or place, m, at which it is held",
+        f"base_rotation = {_value(section.base_rotation)}  # of x forward, z up in the base link, rad",
+        f"foot_offsets = {_table(section.foot_offsets)}  # foot = its point in the frame that it names, m",
+        f"foot_radius = {section.foot_radius!r}  # m, of round feet",
+        f"file_drives = {_value(section.file_drives)}  # whether the file's rotors, damping and dry friction are used",
+        *(
+            f"{key} = {_table(getattr(section, key))}  # joint = {unit}"
+            for key, unit in (("rotor_inertias", "kg m^2"), ("dampings", "N m s/rad"), ("dry_frictions", "N m"))
+        ),
+    ]
+    for key, example in EXAMPLES.items():
+        given = getattr(section, key)
+        if isinstance(given, BaseModel):
+            given = given.model_dump(exclude_none=True)
+        lines.append(f"# {key} = {example}" if given is None else f"{key} = {_value(given)}")
+    return lines
+
+
+def _table(entries: Mapping[str, Any]) -> str:
+    inside = ", ".join(f"{_key(name)} = {_value(entry)}" for name, entry in entries.items())
+    return f"{{ {inside} }}" if inside else "{}"
+
+
+def _value(value: Any) -> str:
+    """Return a value as TOML has it on one line."""
+    if isinstance(value, Mapping):
+        return _table(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return _text(value) if isinstance(value, str) else repr(value)
+
+
+def _as_read(section: RobotSection, robot: Robot) -> bool:
+    """Whether a robot is that of its section, not one with left and right averaged."""
+    from amble.synthesis.specified import robot_of
+
+    return robot_of(section, Path()) == robot
 
 
 def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
