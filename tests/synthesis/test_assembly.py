@@ -6,7 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.synthesis.assembly import Block, Label, Program, assemble
+from amble.synthesis.assembly import Program, assemble
+from amble.synthesis.block import Block, Label
 
 COUNT = 7
 GENERATOR = np.random.default_rng(0)

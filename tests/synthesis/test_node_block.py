@@ -12,7 +12,7 @@ from examples.extending.phase_configuration import ConfigurationPhase
 from amble.control.phase import Phase
 from amble.gait import Gait
 from amble.synthesis import GaitProblem
-from amble.synthesis.assembly import Block
+from amble.synthesis.block import Block
 from amble.synthesis.layout import Layout, build_layout
 from amble.synthesis.link_blocks import phase_block
 from amble.synthesis.node_block import SLOWEST, node_block, parameter_values

@@ -106,7 +106,7 @@ def test_the_gait_keeps_what_the_problem_asked(coarse_gait: Gait, small_problem:
 def test_progress_names_rows(coarse_gait: Gait, iterations: list[ProgressReport], small_program: GaitProgram) -> None:
     assert [iteration.done for iteration in iterations] == list(range(coarse_gait.solver.iterations + 1))
     worst = [
-        re.fullmatch(r"worst row '(.*)' violated by (\S+?)(?:, \d+ start values .*)?", iteration.detail)
+        re.fullmatch(r"worst row '(.*)' violated by (\S+?)(?: [^,]+)?(?:, \d+ start values .*)?", iteration.detail)
         for iteration in iterations
     ]
     names, violations = zip(*[found.groups() for found in worst if found is not None], strict=True)

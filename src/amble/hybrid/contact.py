@@ -175,7 +175,7 @@ class Contact(ABC):
         """Number of components."""
         return len(self.labels)
 
-    def units(self, along: str, about: str) -> list[str]:
+    def component_units(self, along: str, about: str) -> list[str]:
         """Return a unit of every component: one of forces or points, one of moments or turns."""
         return [along] * len(AXES) + [about] * len(self.moments)
 

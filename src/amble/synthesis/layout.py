@@ -148,7 +148,7 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
         "v": units(names, "/s"),
         "a": units(names, "/s^2"),
         "u": load_units(robot.joint_names),
-        "force": foot.units("N", "N m") * len(stance.feet),
+        "force": foot.component_units("N", "N m") * len(stance.feet),
     }
     rows: dict[str, list[Index]] = {kind: [] for kind in of_nodes}
     duration = counter.take("duration", ["s"])
@@ -159,7 +159,7 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
         for kind, each in of_nodes.items():
             rows[kind].append(counter.take(kind, each))
     landed = len(switch.target.feet) if switch.landing else 0
-    impulse = counter.take("impulse", foot.units("N s", "N m s") * landed)
+    impulse = counter.take("impulse", foot.component_units("N s", "N m s") * landed)
     stacked = {kind: np.array(index) for kind, index in rows.items()}
     return DomainLayout(
         stance=stance,

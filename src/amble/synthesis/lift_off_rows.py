@@ -7,7 +7,7 @@ import casadi as ca
 from amble.hybrid import Switch
 from amble.hybrid.ground import into_frame
 from amble.robot import kinematics
-from amble.synthesis.assembly import Label
+from amble.synthesis.block import Label
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
 

@@ -19,7 +19,7 @@ from amble.robot import dynamics, kinematics
 from amble.robot.natural_units import velocity_unit
 from amble.robot.parts import RATE
 from amble.robot.turn import turn_error, turned_velocity
-from amble.synthesis.assembly import Block, Label
+from amble.synthesis.block import Block, Label
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
 from amble.synthesis.node_block import ProgramParameters, output_indices
@@ -226,7 +226,7 @@ def _impact_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbols) 
     rows = [mass @ (symbols.v_next - symbols.v_minus) - J.T @ symbols.impulse, J @ symbols.v_next]
     labels = RowKind.IMPACT.labels(
         (f"impact {name}" for name in (*robot.coordinate_names, *landed.labels)),
-        load_units(robot.coordinate_names, " s") + landed.contact.units("m/s", "rad/s") * len(landed.feet),
+        load_units(robot.coordinate_names, " s") + landed.contact.component_units("m/s", "rad/s") * len(landed.feet),
     )
     return RowGroup.equalities(rows, labels)
 

@@ -18,7 +18,7 @@ from amble.numerics.bezier import bezier
 from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.parts import ACCELERATION, RATE
-from amble.synthesis.assembly import Block, Label
+from amble.synthesis.block import Block, Label
 from amble.synthesis.layout import MARGIN, DomainLayout, Layout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
@@ -121,7 +121,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
 def _equality_labels(problem: GaitProblem, domain: DomainLayout, contacts: Contacts, laws: int) -> list[Label]:
     """Label the rows that are zero: dynamics, contacts, outputs with their rates, allocation law."""
     coordinates, joints = problem.outputs.of(domain.stance.name).coordinates, contacts.robot.coordinate_names
-    accelerations = contacts.contact.units("m/s^2", "rad/s^2") * len(contacts.feet)
+    accelerations = contacts.contact.component_units("m/s^2", "rad/s^2") * len(contacts.feet)
     return (
         RowKind.DYNAMICS.labels((f"dynamics {name}" for name in joints), load_units(joints))
         + RowKind.CONTACT.labels((f"contact {label}" for label in contacts.labels), accelerations)

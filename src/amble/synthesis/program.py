@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from amble.errors import NotSolvedError
 from amble.residual import Residual
-from amble.synthesis.assembly import Block, Program, assemble
+from amble.synthesis.assembly import Program, assemble
+from amble.synthesis.block import Block
 from amble.synthesis.layout import Layout, build_layout, resampled, variable_bounds
 from amble.synthesis.link_blocks import defect_block, period_block, phase_block, switch_block
 from amble.synthesis.node_block import node_block, parameter_values

@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import casadi as ca
 
-from amble.synthesis.assembly import Label
+from amble.synthesis.block import Label
 
 
 class RowKind(StrEnum):
