@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import functools
 import os
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -15,13 +15,17 @@ from amble.robot import catalogue
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import build_program
-from amble.synthesis.solve import Start, ipopt
+from amble.synthesis.solve import SOLVERS, Start
 from benchmarks.figures import Figure, show, timed
 from benchmarks.plain import solve_plainly
 
 TOLERANCE = 1e-6
 PLAIN_SECONDS = 120.0
 MESHES = (8, 16, 32, 64)
+ITERATIONS = 12
+"""Of the solver in a time per iteration."""
+
+LINEAR_SOLVERS = {"structured": "ipopt", "MUMPS": "ipopt mumps"}
 COMPILE = (
     "from benchmarks.synthesis import paper_problem; from amble.synthesis.program import build_program; "
     "import time; b = time.perf_counter(); build_program(paper_problem()); print(time.perf_counter() - b)"
@@ -42,11 +46,30 @@ def measure() -> list[Figure]:
     size = f"{report.variables} variables, {report.constraints} rows, {report.iterations} iterations"
     found = [
         Figure("gait, cold start", cold, "s", most=5.0, runs=3, note=f"with building, guess and rank; {size}"),
-        Figure("gait, cold start, IPOPT alone", report.seconds, "s", note="last of the runs"),
+        Figure("gait, cold start, IPOPT alone", report.seconds, "s", note=f"last of the runs; {report.linear_solver}"),
+        *_both(problem),
         _neighbour(problem, gait),
         _compile(),
     ]
     return [*found, *_plain(problem, cold), *_per_iteration()]
+
+
+def _both(problem: GaitProblem) -> list[Figure]:
+    """The same problem with either linear solver, in processor time, which does not see what else runs."""
+    found, seconds, gaits = [], {}, {}
+    for linear, solver in LINEAR_SOLVERS.items():
+        run = functools.partial(synthesize, problem, tolerance=TOLERANCE, solver=solver)
+        seconds[linear], gaits[linear] = timed(run, clock=time.process_time)
+        report = gaits[linear].solver
+        note = f"{report.iterations} iterations; {report.linear_solver}"
+        found.append(Figure(f"gait, cold start, processor, {linear}", seconds[linear], "s", runs=3, note=note))
+    ratio = seconds["MUMPS"] / seconds["structured"]
+    apart = abs(gaits["structured"].solver.objective / gaits["MUMPS"].solver.objective - 1.0)
+    return [
+        *found,
+        Figure("cold start, MUMPS over structured", ratio, "times", least=1.5),
+        Figure("objectives of both, relative difference", apart, "", most=1e-6),
+    ]
 
 
 def _neighbour(problem: GaitProblem, gait: Gait) -> Figure:
@@ -81,21 +104,21 @@ def _plain(problem: GaitProblem, ours: float) -> list[Figure]:
 
 def _per_iteration() -> list[Figure]:
     """Time per iteration of the solver on finer meshes; linear growth is a constant time per interval."""
-    found, per_interval = [], {}
+    found: list[Figure] = []
+    per_interval: dict[tuple[str, int], float] = {}
     for intervals in MESHES:
         problem = paper_problem(intervals=intervals)
         program = build_program(problem)
-        start = initial_guess(problem, program.layout) / program.layout.scale
-        seconds = []
-        for _ in range(3):
-            began = time.perf_counter()
-            solution = ipopt(program, Start(start), TOLERANCE, 12)
-            seconds.append((time.perf_counter() - began) / max(solution.report.iterations, 1))
-        value = statistics.median(seconds)
-        per_interval[intervals] = value / intervals
-        found.append(Figure(f"time per iteration, {intervals} intervals a domain", 1e3 * value, "ms", runs=3))
-    growth = per_interval[MESHES[-1]] / per_interval[MESHES[0]]
-    name = f"time per iteration and interval, {MESHES[-1]} over {MESHES[0]}"
+        start = Start(initial_guess(problem, program.layout) / program.layout.scale)
+        for linear, solver in LINEAR_SOLVERS.items():
+            run = functools.partial(SOLVERS[solver], program, start, TOLERANCE, ITERATIONS, None)
+            value, solution = timed(run, clock=time.process_time)
+            value /= max(solution.report.iterations, 1)
+            per_interval[linear, intervals] = value / intervals
+            name = f"processor time an iteration, {linear}, {intervals} intervals"
+            found.append(Figure(name, 1e3 * value, "ms", runs=3, note=solution.report.linear_solver or ""))
+    growth = per_interval["structured", MESHES[-1]] / per_interval["structured", MESHES[0]]
+    name = f"processor time an iteration and interval, {MESHES[-1]} over {MESHES[0]}"
     return [*found, Figure(name, growth, "times", most=1.0, note="1 is linear growth")]
 
 

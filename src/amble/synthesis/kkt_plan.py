@@ -56,7 +56,13 @@ class _Builder:
         self._domains()
         self._hessian_and_jacobian()
         pure = (places.node == FREE) & (places.end >= 0)
-        self._put(plan, end_index=np.where(pure, places.end, FREE), end_row=self.end_rows)
+        self._put(
+            plan,
+            end_index=np.where(pure, places.end, FREE),
+            end_row=self.end_rows,
+            variable_node=places.node,
+            variable_place=places.local,
+        )
         return KeptPlan(plan, self.arrays)
 
     def _put(self, target: ctypes.Structure, **arrays: Index) -> None:
@@ -114,8 +120,6 @@ class _Builder:
         self._place_inequalities(block, place, nodal, others, whole + plan.crosses + plan.links, at)
         self._put(
             plan,
-            tip_node=self.places.node[tips],
-            tip_place=self.places.local[tips],
             tip_variable=tips,
             cross_tip=at[crosses[0]],
             cross_other=np.where(end[crosses[1]] >= 0, -1 - end[crosses[1]], at[crosses[1]]),

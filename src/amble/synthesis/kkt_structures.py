@@ -32,7 +32,7 @@ class Plan(ctypes.Structure):
         (INTEGERS, "end_index end_row jacobian_start jacobian_row jacobian_block jacobian_place"),
         (INTEGERS, "hessian_start hessian_row hessian_block hessian_place diagonal_block diagonal_place"),
         (INTEGERS, "node_inequality inequality_row inequality_start inequality_place"),
-        (INTEGERS, "tip_node tip_place tip_variable cross_tip cross_other link_row link_tip"),
+        (INTEGERS, "variable_node variable_place tip_variable cross_tip cross_other link_row link_tip"),
         (INTEGERS, "end_inequality_row end_inequality_start end_inequality_column"),
     )
 

@@ -12,6 +12,10 @@
  * dense matrix, factored with Bunch-Kaufman pivots. Every elimination takes as many unknowns as rows, which adds as
  * many positive as negative eigenvalues; so the inertia of the end gives that of the whole (Haynsworth, 1968).
  *
+ * Large entries of Sigma (active bounds and inequalities late in a solve) would drown what they are added to. They
+ * keep a row of their own in the end instead, a' dx - z / sigma = 0 with the term a z in the rows of x; each such row
+ * has one negative eigenvalue of its own.
+ *
  * The functions of MA27 at the end of the file are what IPOPT calls. Matrices are stored by columns.
  */
 #include <math.h>
@@ -27,6 +31,7 @@
 #define ENOUGH 1e-11 /* relative residual at which refinement ends */
 #define BOUND 1e-7   /* relative residual above which a solution is refused */
 #define REFINEMENTS 5
+#define STIFF 1e4 /* entry of Sigma, over the regularisation of the Hessian or 1, that keeps a row of its own */
 
 typedef const int *Ints;
 
@@ -69,7 +74,8 @@ typedef struct {
     Ints hessian_start, hessian_row, hessian_block, hessian_place;     /* by columns, upper triangle */
     Ints diagonal_block, diagonal_place;                               /* (variables) */
     Ints node_inequality, inequality_row, inequality_start, inequality_place; /* of single nodes, node by node */
-    Ints tip_node, tip_place, tip_variable; /* unknowns of nodes that the end reads; those of crosses first */
+    Ints variable_node, variable_place; /* (variables) of unknowns of nodes, else -1 */
+    Ints tip_variable;                  /* unknowns of nodes that the end reads; those of crosses first */
     Ints cross_tip, cross_other;            /* Hessian between a tip and another or -1 - end variable */
     Ints link_row, link_tip;                /* Jacobian of the end's rows over tips */
     Ints end_inequality_row, end_inequality_start, end_inequality_column; /* columns: tip or -1 - end variable */
@@ -91,10 +97,13 @@ typedef struct {
 typedef struct {
     int size, nonzeros, blocks;
     int *row, *column, *source, *place, *start; /* of the triplets; grouped by block */
-    double *weight, *work, *big;                /* Sigma_s; scratch of a node; scratch of an interval */
+    int *inequality_start, *inequality_source;  /* triplets of J_d row by row */
+    double *weight, *condensed, *diagonal;      /* Sigma_s; the part in the Hessian; diagonal of W + Sigma_x */
+    double *work, *big;                         /* scratch of a node; scratch of an interval */
+    int *stiff, *stiff_variable, stiffs;        /* with rows of their own: variables or -1 - inequality; a flag each */
     Node *node;
     Interval *interval;
-    double *HD, *K, *tip, *lapack, *solution, *vectors;
+    double *HD, *K, *F, *tip, *lapack, *solution, *vectors; /* K: the end; F: with stiff rows, factored */
     int *pivots, lwork;
     void **memory;
     int kept;
@@ -220,11 +229,17 @@ static void allocate(const Plan *p, Instance *I, int *failed) {
     I->HD = DOUBLES(hd);
     I->K = DOUBLES((size_t)nk * nk + lists);
     I->tip = DOUBLES((size_t)p->end_variables * p->tips);
+    nk += p->end_variables; /* at most as many stiff rows */
+    I->F = DOUBLES((size_t)nk * nk);
     I->lwork = 64 * (nk + 1);
     I->lapack = DOUBLES(I->lwork);
     I->pivots = INTEGERS(nk);
-    I->weight = DOUBLES(p->inequalities);
     I->solution = DOUBLES(nk);
+    I->weight = DOUBLES(p->inequalities);
+    I->condensed = DOUBLES(p->inequalities);
+    I->diagonal = DOUBLES(p->variables);
+    I->stiff = INTEGERS(p->end_variables);
+    I->stiff_variable = INTEGERS(p->variables);
     I->vectors = DOUBLES(7 * (size_t)I->size);
 }
 
@@ -301,6 +316,21 @@ static int sort_triplets(const Plan *p, Instance *I, Ints irn, Ints icn, int *fa
     return 1;
 }
 
+/* Triplets of J_d row by row. */
+static void sort_inequalities(const Plan *p, Instance *I, int *failed) {
+    int first = p->variables + p->inequalities + p->equalities, count = 0;
+    for (int t = 0; t < I->nonzeros; t++) count += I->row[t] >= first && I->column[t] < p->variables;
+    I->inequality_start = INTEGERS(p->inequalities + 2);
+    I->inequality_source = INTEGERS(count);
+    if (*failed) return;
+    int *start = I->inequality_start;
+    for (int t = 0; t < I->nonzeros; t++)
+        if (I->row[t] >= first && I->column[t] < p->variables) start[I->row[t] - first + 2]++;
+    for (int i = 1; i <= p->inequalities; i++) start[i + 1] += start[i];
+    for (int t = 0; t < I->nonzeros; t++)
+        if (I->row[t] >= first && I->column[t] < p->variables) I->inequality_source[start[I->row[t] - first + 1]++] = t;
+}
+
 static void scatter(const Instance *I, int block, const double *a, double *target) {
     for (int t = I->start[block]; t < I->start[block + 1]; t++) target[I->place[t]] += a[I->source[t]];
 }
@@ -366,7 +396,8 @@ static void into_parameters(const Domain *d, Node *node, const double *H, int n,
     for (int j = 0; j < d->ns; j++) memcpy(node->Hss + j * d->ns, H + (size_t)j * n, sizeof(double) * d->ns);
 }
 
-static int factor_node(Solver *solver, Instance *I, const Domain *d, int number, const double *a, double *HD) {
+static int factor_node(Solver *solver, Instance *I, const Domain *d, int number, Ints variable, const double *a,
+                       double *HD) {
     const Blas *blas = &solver->blas;
     Node *node = I->node + number;
     int n = node_width(d), n1 = n - d->ny, ny = d->ny, failed = 0;
@@ -376,7 +407,12 @@ static int factor_node(Solver *solver, Instance *I, const Domain *d, int number,
     int values = solver->plan.inequality_start[last] - solver->plan.inequality_start[first];
     memset(H, 0, sizeof(double) * ((size_t)n * n + (size_t)ny * n + d->ne + constants(d) + values));
     scatter(I, number, a, H);
-    condense(&solver->plan, I->weight, number, constant + constants(d), H, n);
+    int unknowns = node_unknowns(d), before = d->ns + d->ne;
+    for (int i = 0; i < unknowns; i++) { /* a diagonal with a row of its own is no part of the Hessian */
+        size_t place = i < before ? i : i + d->nh;
+        if (I->stiff_variable[variable[i]]) H[place * (n + 1)] = 0.0;
+    }
+    condense(&solver->plan, I->condensed, number, constant + constants(d), H, n);
     for (int i = 0; i < d->ne; i++) {
         node->d[i] = diagonal[i];
         if (!(fabs(diagonal[i]) > 0.0)) return 0;
@@ -440,28 +476,27 @@ static int factor_interval(Solver *solver, Instance *I, const Domain *d, int fir
     return 1;
 }
 
-/* What the end reads of nodes, over its own variables: one column a tip. */
-static void expand_tips(const Plan *p, Instance *I) {
-    int nf = p->end_variables;
-    memset(I->tip, 0, sizeof(double) * nf * p->tips);
-    for (int t = 0; t < p->tips; t++) {
-        int first = 0, k = 0;
-        while (p->tip_node[t] >= first + p->domain[k].nodes) first += p->domain[k++].nodes;
-        const Domain *d = p->domain + k;
-        const Node *node = I->node + p->tip_node[t];
-        int n1 = d->ns + d->ne + d->nh, place = p->tip_place[t];
-        double *column = I->tip + (size_t)t * nf;
-        for (int j = 0; j < n1; j++) {
-            double share = place >= n1 ? node->M[(size_t)j * d->ny + place - n1] : (double)(place == j);
-            if (share == 0.0) continue;
-            if (j < d->ns)
-                for (int i = 0; i < parameters(d); i++) column[d->end[i]] += share * node->S[(size_t)i * node->ld + j];
-            else if (j < d->ns + d->ne)
-                for (int i = d->c_start[j - d->ns]; i < d->c_start[j - d->ns + 1]; i++)
-                    column[d->end[d->ns + d->c_column[i]]] += share * node->C[i];
-            else
-                column[d->end[d->ns + d->read[j - d->ns - d->ne]]] += share;
-        }
+/* Add the gradient of a variable over those of the end, times a factor. */
+static void add_gradient(const Plan *p, const Instance *I, int variable, double factor, double *column) {
+    int number = p->variable_node[variable], place = p->variable_place[variable], first = 0, k = 0;
+    if (p->end_index[variable] >= 0) {
+        column[p->end_index[variable]] += factor;
+        return;
+    }
+    while (number >= first + p->domain[k].nodes) first += p->domain[k++].nodes;
+    const Domain *d = p->domain + k;
+    const Node *node = I->node + number;
+    int n1 = d->ns + d->ne + d->nh, before = d->ns + d->ne, np = parameters(d);
+    for (int j = 0; j < n1; j++) {
+        double share = factor * (place >= n1 ? node->M[(size_t)j * d->ny + place - n1] : (double)(place == j));
+        if (share == 0.0) continue;
+        if (j < d->ns)
+            for (int i = 0; i < np; i++) column[d->end[i]] += share * node->S[(size_t)i * node->ld + j];
+        else if (j < before)
+            for (int i = d->c_start[j - d->ns]; i < d->c_start[j - d->ns + 1]; i++)
+                column[d->end[d->ns + d->c_column[i]]] += share * node->C[i];
+        else
+            column[d->end[d->ns + d->read[j - before]]] += share;
     }
 }
 
@@ -480,7 +515,8 @@ static void assemble_end(Solver *solver, Instance *I) {
             }
         HD += (size_t)np * np;
     }
-    expand_tips(p, I);
+    memset(I->tip, 0, sizeof(double) * nf * p->tips);
+    for (int t = 0; t < p->tips; t++) add_gradient(p, I, p->tip_variable[t], 1.0, I->tip + (size_t)t * nf);
     double *W = I->big;
     memset(W, 0, sizeof(double) * nf * p->cross_tips);
     for (int k = 0; k < p->crosses; k++) {
@@ -496,7 +532,7 @@ static void assemble_end(Solver *solver, Instance *I) {
             K[(size_t)j * nk + nf + p->link_row[k]] += link[k] * I->tip[(size_t)p->link_tip[k] * nf + j];
     memset(W, 0, sizeof(double) * nf * p->end_inequalities);
     for (int r = 0; r < p->end_inequalities; r++) {
-        double root = sqrt(I->weight[p->end_inequality_row[r]]), *column = W + (size_t)r * nf;
+        double root = sqrt(I->condensed[p->end_inequality_row[r]]), *column = W + (size_t)r * nf;
         for (int k = p->end_inequality_start[r]; k < p->end_inequality_start[r + 1]; k++) {
             int at = p->end_inequality_column[k];
             if (at >= 0)
@@ -543,12 +579,65 @@ static int weights(const Plan *p, Instance *I, const double *a) {
     return 0;
 }
 
+/* Choose what gets a row of its own: at most as much as the end has variables, the largest entries. */
+static void choose_stiff(const Plan *p, Instance *I, const double *a) {
+    int nx = p->variables;
+    double least = INFINITY, limit;
+    memset(I->diagonal, 0, sizeof(double) * nx);
+    for (int t = 0; t < I->nonzeros; t++)
+        if (I->row[t] == I->column[t] && I->row[t] < nx) I->diagonal[I->row[t]] += a[t];
+    for (int i = 0; i < nx; i++) least = fmin(least, I->diagonal[i]);
+    for (limit = STIFF * fmax(1.0, least);; limit *= 10.0) {
+        int count = 0;
+        for (int i = 0; i < nx; i++) count += p->end_index[i] < 0 && I->diagonal[i] > limit;
+        for (int i = 0; i < p->inequalities; i++) count += I->weight[i] > limit;
+        if (count <= p->end_variables) break;
+    }
+    I->stiffs = 0;
+    for (int i = 0; i < nx; i++) {
+        I->stiff_variable[i] = p->end_index[i] < 0 && I->diagonal[i] > limit;
+        if (I->stiff_variable[i]) I->stiff[I->stiffs++] = i;
+    }
+    for (int i = 0; i < p->inequalities; i++) {
+        I->condensed[i] = I->weight[i] > limit ? 0.0 : I->weight[i];
+        if (I->weight[i] > limit) I->stiff[I->stiffs++] = -1 - i;
+    }
+}
+
+/* The end with the stiff rows below, factored. */
+static int factor_end(Solver *solver, Instance *I, const double *a) {
+    const Plan *p = &solver->plan;
+    int nf = p->end_variables, nk = nf + p->end_rows, n = nk + I->stiffs, info = 0;
+    memset(I->F, 0, sizeof(double) * n * n);
+    for (int j = 0; j < nk; j++) memcpy(I->F + (size_t)j * n + j, I->K + (size_t)j * nk + j, sizeof(double) * (nk - j));
+    for (int k = 0; k < I->stiffs; k++) {
+        double *gradient = I->lapack;
+        int which = I->stiff[k];
+        memset(gradient, 0, sizeof(double) * nf);
+        if (which >= 0)
+            add_gradient(p, I, which, 1.0, gradient);
+        else
+            for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++) {
+                int from = I->inequality_source[t];
+                add_gradient(p, I, I->column[from], a[from], gradient);
+            }
+        for (int j = 0; j < nf; j++) I->F[(size_t)j * n + nk + k] = gradient[j];
+        I->F[(size_t)(nk + k) * (n + 1)] = -1.0 / (which >= 0 ? I->diagonal[which] : I->weight[-1 - which]);
+    }
+    solver->blas.sytrf("L", &n, I->F, &n, I->pivots, I->lapack, &I->lwork, &info);
+    if (info > 0) return -1;
+    int count = negative(I->F, I->pivots, n);
+    if (count == -2) return -1 - REFUSED_PIVOT;
+    return count < 0 ? -1 : count + p->inequalities + p->equalities - p->end_rows - I->stiffs;
+}
+
 /* Returns the number of negative eigenvalues; -1 where the matrix is singular; -1 - reason where it is refused. */
 static int factor(Solver *solver, Instance *I, const double *a) {
     const Plan *p = &solver->plan;
-    int nk = p->end_variables + p->end_rows, node = 0, interval = 0, nodes = node_count(p), info = 0;
+    int nk = p->end_variables + p->end_rows, node = 0, interval = 0, nodes = node_count(p);
     int reason = weights(p, I, a);
     if (reason) return -1 - reason;
+    choose_stiff(p, I, a);
     size_t lists = p->crosses + p->links + p->end_inequality_start[p->end_inequalities];
     memset(I->K, 0, sizeof(double) * ((size_t)nk * nk + lists));
     scatter(I, I->blocks - 4 + END, a, I->K);
@@ -558,7 +647,8 @@ static int factor(Solver *solver, Instance *I, const double *a) {
         int np = parameters(d);
         memset(HD, 0, sizeof(double) * np * np);
         for (int i = 0; i < d->nodes; i++)
-            if (!factor_node(solver, I, d, node + i, a, HD)) return -1 - REFUSED_PIVOT;
+            if (!factor_node(solver, I, d, node + i, d->variable + i * node_unknowns(d), a, HD))
+                return -1 - REFUSED_PIVOT;
         const Node *first = I->node + node;
         for (int j = 0; j < d->ns; j++) {
             for (int i = j; i < d->ns; i++) HD[(size_t)j * np + i] += first->Hss[j * d->ns + i];
@@ -572,16 +662,12 @@ static int factor(Solver *solver, Instance *I, const double *a) {
         HD += (size_t)np * np;
     }
     assemble_end(solver, I);
-    solver->blas.sytrf("L", &nk, I->K, &nk, I->pivots, I->lapack, &I->lwork, &info);
-    if (info > 0) return -1;
-    int count = negative(I->K, I->pivots, nk);
-    if (count == -2) return -1 - REFUSED_PIVOT;
-    return count < 0 ? -1 : count + p->inequalities + p->equalities - p->end_rows;
+    return factor_end(solver, I, a);
 }
 
 /* ---- solution ---- */
 
-/* y -= H x with H = W + Sigma_x + J_d' Sigma_s J_d. The rows J_d x are left in rows. */
+/* y -= H x with H = W + Sigma_x + J_d' Sigma_s J_d without what is stiff. The rows J_d x are left in rows. */
 static void subtract_hessian(const Plan *p, const Instance *I, const double *a, const double *x, double *y,
                              double *rows) {
     int nx = p->variables, d = nx + p->inequalities + p->equalities;
@@ -589,14 +675,14 @@ static void subtract_hessian(const Plan *p, const Instance *I, const double *a, 
     for (int t = 0; t < I->nonzeros; t++) {
         int i = I->row[t], j = I->column[t];
         if (i < nx) {
-            y[i] -= a[t] * x[j];
+            if (i != j || !I->stiff_variable[i]) y[i] -= a[t] * x[j];
             if (i != j) y[j] -= a[t] * x[i];
         } else if (i >= d && j < nx)
             rows[i - d] += a[t] * x[j];
     }
     for (int t = 0; t < I->nonzeros; t++) {
         int i = I->row[t], j = I->column[t];
-        if (i >= d && j < nx) y[j] -= a[t] * I->weight[i - d] * rows[i - d];
+        if (i >= d && j < nx) y[j] -= a[t] * I->condensed[i - d] * rows[i - d];
     }
 }
 
@@ -752,38 +838,63 @@ static void multipliers(Solver *solver, Instance *I, double *w, double *y) {
     }
 }
 
+/* a' x of a stiff row, or x -= a z. */
+static double stiff_product(const Instance *I, const double *a, int which, const double *x) {
+    double sum = 0.0;
+    if (which >= 0) return x[which];
+    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
+        sum += a[I->inequality_source[t]] * x[I->column[I->inequality_source[t]]];
+    return sum;
+}
+
+static void subtract_stiff(const Instance *I, const double *a, int which, double z, double *x) {
+    if (which >= 0) {
+        x[which] -= z;
+        return;
+    }
+    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
+        x[I->column[I->inequality_source[t]]] -= a[I->inequality_source[t]] * z;
+}
+
 /* Solve once: out of r, in the order of the rows of the whole matrix. */
 static void solve_once(Solver *solver, Instance *I, const double *a, const double *r, double *out) {
     const Plan *p = &solver->plan;
     int nx = p->variables, ni = p->inequalities, nc = p->equalities, nf = p->end_variables;
-    int nk = nf + p->end_rows, info, zero = 1;
+    int nk = nf + p->end_rows, n = nk + I->stiffs, info;
     const double *rs = r + nx, *rc = rs + ni, *rd = rc + nc, *link = I->K + (size_t)nk * nk + p->crosses;
     double *x = out, *y = out + nx + ni, *b = I->vectors, *w = b + I->size, *rows = w + I->size, *end = I->solution;
     memcpy(b, r, sizeof(double) * nx);
-    for (int t = 0; t < I->nonzeros; t++) {
-        int i = I->row[t] - nx - ni - nc, j = I->column[t];
-        if (i >= 0 && j < nx) b[j] += a[t] * (I->weight[i] * rd[i] + rs[i]);
-    }
-    for (int i = 0; i < nc && zero; i++) zero = rc[i] == 0.0;
+    for (int i = 0; i < ni; i++)
+        if (I->condensed[i] == I->weight[i]) subtract_stiff(I, a, -1 - i, -(I->weight[i] * rd[i] + rs[i]), b);
     memset(x, 0, sizeof(double) * nx);
     particular(solver, I, rc, x);
     memcpy(w, b, sizeof(double) * nx);
-    if (!zero) subtract_hessian(p, I, a, x, w, rows);
-    memset(end, 0, sizeof(double) * nk);
+    subtract_hessian(p, I, a, x, w, rows);
+    memset(end, 0, sizeof(double) * n);
     project(solver, I, w, end);
     for (int i = 0; i < p->end_rows; i++) end[nf + i] = rc[p->end_row[i]];
     for (int k = 0; k < p->links; k++) end[nf + p->link_row[k]] -= link[k] * x[p->tip_variable[p->link_tip[k]]];
-    solver->blas.sytrs("L", &nk, &STEP, I->K, &nk, I->pivots, end, &nk, &info);
+    for (int k = 0; k < I->stiffs; k++) {
+        int which = I->stiff[k], d = -1 - which;
+        end[nk + k] = (which < 0 ? rd[d] + rs[d] / I->weight[d] : 0.0) - stiff_product(I, a, which, x);
+    }
+    solver->blas.sytrs("L", &n, &STEP, I->F, &n, I->pivots, end, &n, &info);
     extend(solver, I, end, x);
     memcpy(w, b, sizeof(double) * nx);
     subtract_hessian(p, I, a, x, w, rows);
     for (int i = 0; i < p->end_rows; i++) y[p->end_row[i]] = end[nf + i];
     for (int k = 0; k < p->links; k++) w[p->tip_variable[p->link_tip[k]]] -= link[k] * end[nf + p->link_row[k]];
+    for (int k = 0; k < I->stiffs; k++) subtract_stiff(I, a, I->stiff[k], end[nk + k], w);
     multipliers(solver, I, w, y);
     for (int i = 0; i < ni; i++) {
-        double s = rows[i] - rd[i];
-        out[nx + i] = s;
-        out[nx + ni + nc + i] = I->weight[i] * s - rs[i];
+        out[nx + i] = rows[i] - rd[i];
+        out[nx + ni + nc + i] = I->weight[i] * (rows[i] - rd[i]) - rs[i];
+    }
+    for (int k = 0; k < I->stiffs; k++) {
+        int d = -1 - I->stiff[k];
+        if (d < 0) continue;
+        out[nx + ni + nc + d] = end[nk + k];
+        out[nx + d] = (end[nk + k] + rs[d]) / I->weight[d];
     }
 }
 
@@ -901,6 +1012,7 @@ void ma27ad_(Ints n, Ints nz, Ints irn, Ints icn, int *iw, Ints liw, int *ikeep,
     I->nonzeros = *nz;
     int fits = sort_triplets(p, I, irn, icn, failed);
     if (fits) allocate(p, I, failed);
+    if (fits && !problem) sort_inequalities(p, I, failed);
     if (problem || !fits) refuse(solver, problem ? REFUSED_MEMORY : REFUSED_STRUCTURE, info);
 }
 
