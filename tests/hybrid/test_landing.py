@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from amble.control.landing import plant
+from amble.control.landing import landing_plant, legs_in_the_air
 from amble.errors import UnknownNameError
 from amble.hybrid import ONE_BY_ONE, SIMULTANEOUS, GaitPattern, Stance, gait_pattern
 from amble.hybrid.gaits import amble, trot
 from amble.robot import catalogue
+from amble.robot.parts import Foot
 from amble.types import Vector
 from amble.verification.stance_model import terms
 from amble.verification.switch_rows import plastic
@@ -88,18 +89,36 @@ def test_landing_one_after_the_other_at_once_is_landing_together(seed: int) -> N
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_under_the_same_torques_one_foot_and_both_agree_behind_the_impact(seed: int) -> None:
-    """P_ij (a_i - a_ij) = 0: what the missing foot's force changes is what its impact takes away."""
-    pattern, draw = trot(ROBOT), np.random.default_rng(seed)
+@pytest.mark.parametrize(("down", "late"), [(("fr",), ("rl",)), (("rl",), ("fr",)), (("fl", "fr"), ("rl", "rr"))])
+def test_legs_in_the_air_go_on_and_all_else_has_its_torques(
+    down: tuple[str, ...], late: tuple[str, ...], seed: int
+) -> None:
+    """Equations of motion by a second code path; joints of late legs keep their rates, the others their torques."""
+    draw = np.random.default_rng(seed)
     q = catalogue.posture("astro").coordinates(ROBOT) + draw.normal(0.0, 0.1, ROBOT.size)
     v, u = draw.normal(0.0, 1.0, ROBOT.size), draw.normal(0.0, 10.0, len(ROBOT.joints))
-    accelerations = []
-    for feet in (("fr",), ("rl",), ("fr", "rl")):
-        rate, _ = plant(pattern.contacts(Stance("landed", feet)))(np.concatenate([q, v]), u)
-        accelerations.append(np.asarray(rate).ravel()[ROBOT.size :])
-    one, other, both = accelerations
-    size = np.max(np.abs(both))
-    assert np.max(np.abs(one - both)) > 0.1 * size
-    for alone in (one, other):
-        left = after(pattern, q, alone - both, "fr", "rl")
-        assert np.max(np.abs(left)) < 1e-10 * size
+    contacts = trot(ROBOT).contacts(Stance("landed", tuple(foot for foot in ROBOT.foot_names if foot in down)))
+    rate, force, torque = (
+        np.asarray(part).ravel() for part in landing_plant(contacts, late)(np.concatenate([q, v]), u)
+    )
+    at, a = terms(contacts, q[None], v[None]), rate[ROBOT.size :]
+    standing = force.reshape(-1, 3)[[ROBOT.foot_names.index(foot) for foot in contacts.feet]].ravel()
+    loads = at.mass[0] @ a + at.bias[0] - at.jacobian[0].T @ standing
+    size = np.max(np.abs(loads))
+    np.testing.assert_allclose(loads, np.concatenate([np.zeros(6), torque]), atol=1e-10 * size)
+    np.testing.assert_allclose(at.jacobian[0] @ a, -at.contact_bias[0], atol=1e-10 * np.max(np.abs(a)))
+    legs = {joint for foot in late for joint in ROBOT.legs[foot]}
+    in_the_air = np.array([joint in legs for joint in ROBOT.joint_names])
+    assert np.all(a[6:][in_the_air] == 0.0)
+    np.testing.assert_array_equal(torque[~in_the_air], u[~in_the_air])
+    assert np.max(np.abs(torque[in_the_air] - u[in_the_air])) > 1.0
+
+
+def test_a_joint_that_a_foot_on_the_ground_needs_is_not_in_the_air() -> None:
+    """Of feet whose legs share joints only those below the last common one hang."""
+    foot = ROBOT.foot("fl")
+    heel = Foot("heel", "heel", ROBOT.joints[foot.link - 1].parent, np.array([0.0, 0.0, -0.05]))
+    robot = replace(ROBOT, feet=(foot, heel), twins=())
+    names = robot.coordinate_names
+    assert [names[k] for k in legs_in_the_air(robot, ("fl",), ())] == list(ROBOT.legs["fl"])
+    assert [names[k] for k in legs_in_the_air(robot, ("fl",), ("heel",))] == ["fl_knee"]

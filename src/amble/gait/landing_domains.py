@@ -1,10 +1,10 @@
 """The closed loop where feet land one by one: a domain for the feet that have landed so far, in every order.
 
-Between two landings the joints have the torques that the law of the stance that comes next gives at its entry, for the
-velocities that the rest of its feet leaves: those behind the impact that would stop all of them. So nothing jumps in
-the torques when the last foot lands, the clock of the stance begins there, and any feedback law can be used. Where the
-feet come down at once such a domain lasts no time, and the state behind it is that of the impact on all feet
-(docs/theory/hybrid-model.md, section 10).
+Between two landings the legs of the feet that have still to land go on at the rates of their joints; the other joints
+have the torques that the law of the stance that comes next gives at its entry, for the velocities that the rest of its
+feet leaves: those behind the impact that would stop all of them. The clock of the stance begins when the last foot
+lands, and any feedback law can be used. Where the feet come down at once such a domain lasts no time, and the state
+behind it is that of the impact on all feet (docs/theory/hybrid-model.md, section 10).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from math import inf
 import casadi as ca
 
 from amble.control.closed_loop import StanceLoop
-from amble.control.landing import compiled_gap, compiled_plant, compiled_stopping
+from amble.control.landing import compiled_gap, compiled_landing_plant, compiled_stopping
 from amble.control.stance_functions import ARGUMENTS
 from amble.gait.record import Gait
 from amble.hybrid import Contacts, Domain, GaitPattern, Stance, Switch, Transition
@@ -60,13 +60,15 @@ def landing_domain(
         next_stance: that stance.
         stance: the feet on the ground.
     """
-    stopped, moved = compiled_stopping(pattern.contacts(next_stance)), compiled_plant(pattern.contacts(stance))
+    late = tuple(foot for foot in next_stance.feet if foot not in stance.feet)
+    stopped = compiled_stopping(pattern.contacts(next_stance))
+    moved = compiled_landing_plant(pattern.contacts(stance), late)
     t, x, p = (ca.MX.sym(name, following.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
     law = dict(zip(loop.signals.name_out(), loop.signals(0.0, stopped(x), p), strict=True))
-    rate, force = moved(x, law["torque"])
+    rate, force, torque = moved(x, law["torque"])
     field = ca.Function("landing_field", [t, x, p], [rate], ARGUMENTS, ["rate"])
     recorded = dict(zip(loop.signals.name_out(), loop.signals(0.0, x, p), strict=True))
-    recorded |= {"torque": law["torque"], "force": force, "pivot": law["pivot"]}
+    recorded |= {"torque": torque, "force": force, "pivot": law["pivot"]}
     return Domain(
         name=stance.name,
         field=field,

@@ -44,6 +44,10 @@ TRACE = 1e5
 SIZE_PENALTY = 1e-4
 """Weight of |theta|^2 beside log r: large weights amplify what the model leaves out."""
 
+SIZE_PENALTY_IN_ORDERS = 1e-2
+"""The same where feet land one by one: the model leaves out how long they stay apart. Of 400 starts of ASTRo's trot
+changed by 1e-2 all come back, at a radius of 0.46; with 1e-4 nine of ten do, at 0.36."""
+
 EVALUATIONS = 150
 MEMORY = 30
 
@@ -96,7 +100,8 @@ def least_bound(
                 )
             )
         slope = here.gradient([one.slope / len(found) for one in found])
-        return mean + SIZE_PENALTY * float(trial @ trial), slope + 2.0 * SIZE_PENALTY * trial
+        penalty = SIZE_PENALTY if len(found) == 1 else SIZE_PENALTY_IN_ORDERS
+        return mean + penalty * float(trial @ trial), slope + 2.0 * penalty * trial
 
     options = {"maxfun": EVALUATIONS, "maxcor": MEMORY}
     bounds = None if largest is None else [(-largest, largest)] * theta.size

@@ -1,4 +1,4 @@
-"""Rows between nodes and between domains: collocation defects, impacts, orders of landing, periodicity."""
+"""Rows between nodes and between domains: collocation defects, impacts, periodicity."""
 
 from __future__ import annotations
 
@@ -8,70 +8,24 @@ import casadi as ca
 import numpy as np
 
 from amble.gait.command import Command
-from amble.hybrid import Switch, impact
+from amble.hybrid import Switch
 from amble.hybrid.contact import AXES
 from amble.hybrid.ground import into_frame
-from amble.hybrid.landing import steps
 from amble.io.quantities import load_units, units
 from amble.names import identifier
 from amble.numerics.runge_kutta import HERMITE_SIMPSON
 from amble.robot import dynamics, kinematics
-from amble.robot.natural_units import velocity_unit
 from amble.robot.parts import RATE
 from amble.robot.turn import turn_error, turned_velocity
 from amble.synthesis.block import Block, Label
+from amble.synthesis.landing_rows import landing_force_rows, landing_rows, lands_in_turn
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
 from amble.synthesis.node_block import ProgramParameters, output_indices
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowGroup, RowKind
 
-RELEASE = 0.001
-"""Least speed of a released foot away from the ground, as a share of sqrt(g l): from a start beside the orbit a slower
-one would touch the ground at once."""
-
 NO_COST = ca.SX(1, 1)
-
-
-def landing_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX) -> RowGroup:
-    """Return rows that are not negative; none where feet do not land one by one.
-
-    After every impact of every order the feet on the ground have pushed, those that were released go up, and those that
-    have still to land go on down.
-
-    Args:
-        problem: the gait problem.
-        switch: at which several feet land.
-        q: coordinates there, (n_q,).
-        v: their rates before any impact, (n_q,).
-    """
-    pattern = problem.pattern
-    chain = steps(switch, pattern.landing_rule, pattern.robot.foot_names)
-    rows: list[ca.SX] = []
-    labels: list[Label] = []
-    lower: list[float] = []
-    for stance in dict.fromkeys(step.target for step in chain) if len(chain) > 1 else ():
-        contacts = pattern.contacts(stance)
-        after, impulse = impact(contacts, q, v)
-        pushes = contacts.local(impulse, contacts.points(q))
-        where = "after " + ", ".join(foot for foot in stance.feet if foot in switch.landing)
-        for foot, push in zip(stance.feet, pushes, strict=True):
-            rows.append(contacts.contact.normal_force(push))
-            labels += RowKind.LANDING_ORDER.labels([f"{where}: impulse {foot}"], "N s")
-            lower.append(0.0)
-        for foot in (*switch.lifting, *(foot for foot in switch.landing if foot not in stance.feet)):
-            up = _upwards(problem, foot, q, after)
-            rows.append(up if foot in switch.lifting else -up)
-            way = "up" if foot in switch.lifting else "down"
-            labels += RowKind.LANDING_ORDER.labels([f"{where}: velocity {way} {foot}"], "m/s")
-            lower.append(RELEASE * velocity_unit(pattern.robot))
-    return RowGroup(rows=rows, labels=labels, lower=lower, upper=[np.inf] * len(rows))
-
-
-def _upwards(problem: GaitProblem, foot: str, q: ca.SX, v: ca.SX) -> ca.SX:
-    robot, ground = problem.pattern.robot, problem.pattern.ground
-    velocity = kinematics.foot_jacobian(robot, foot, q) @ v
-    return into_frame(velocity, ground.frame(kinematics.foot_position(robot, foot, q)))[2]
 
 
 def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
@@ -163,16 +117,22 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     switch = domain.switch
     parameters = ProgramParameters.symbols()
     symbols = _SwitchSymbols.of(problem, parameters, domain.impulse.size, last)
+    before, after = (symbols.q_minus, symbols.v_minus), (symbols.q_plus, symbols.v_plus)
     groups = [_continuity_rows(problem, symbols)]
     if switch.landing:
         groups += [_impact_rows(problem, switch, symbols), _touchdown_rows(problem, switch, symbols)]
-        groups.append(landing_rows(problem, switch, symbols.q_minus, symbols.v_minus))
+        groups.append(landing_rows(problem, switch, *before))
     else:
         names = pattern.robot.coordinate_names
         labels = RowKind.CONTINUITY.labels((f"continuity {RATE}{name}" for name in names), units(names, "/s"))
         groups.append(RowGroup.equalities([symbols.v_next - symbols.v_minus], labels))
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
-    force, a_plus = ca.SX(0, 1), ca.SX(0, 1)
+    force, a_plus, u_plus = ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)
+    if lands_in_turn(problem, switch):
+        u_plus = ca.SX.sym("u_plus", len(pattern.robot.joints))
+        columns.append(following.u[0])
+        u_next = pattern.robot.mirror.torque(u_plus) if last and pattern.mirrored else u_plus
+        groups.append(landing_force_rows(problem, switch, before, u_next, parameters.friction))
     if switch.leaving:
         a_plus = ca.SX.sym("a_plus", pattern.robot.size)
         columns.append(following.a[0])
@@ -187,10 +147,9 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         force = ca.SX.sym("force", pattern.contacts(switch.source).size)
         groups.append(_lift_off_rows(problem, switch, symbols.q_minus, force))
         columns.append(domain.force[-1])
-    before, after = (symbols.q_minus, symbols.v_minus), (symbols.q_plus, symbols.v_plus)
     return Block(
         name=f"switch_{identifier(domain.stance.name)}",
-        variables=ca.vertcat(*before, *after, symbols.impulse, symbols.period, a_plus, force),
+        variables=ca.vertcat(*before, *after, symbols.impulse, symbols.period, a_plus, u_plus, force),
         constants=ca.SX(0, 1),
         parameters=parameters.packed(),
         rows=ca.vertcat(*(row for group in groups for row in group.rows)),

@@ -32,6 +32,7 @@ class RowKind(StrEnum):
     TOUCHDOWN = "touchdown"
     LIFT_OFF = "lift-off"
     LANDING_ORDER = "landing order"
+    LANDING_FORCE = "landing force"
     PERIOD = "period"
 
     def labels(self, names: Iterable[str], units: str | Iterable[str]) -> list[Label]:

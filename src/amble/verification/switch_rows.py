@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +32,7 @@ def switch_residuals(gait: Gait, domain: SampledDomain, following: SampledDomain
     if last and gait.pattern.mirrored:
         q, v = gait.robot.mirror.position(q), gait.robot.mirror.position(v)
     found = [*_guard(domain, tolerance), *_lift_off(gait, domain, following, last), *_reset(domain, v, tolerance)]
-    found += _orders(domain)
+    found += [*_orders(domain), *_alone(domain, following, last)]
     return found + (_period(gait, domain, q, tolerance) if last else _continuity(domain, q, tolerance))
 
 
@@ -125,6 +126,47 @@ def _orders(domain: SampledDomain) -> list[Residual]:
             bounds = (-np.inf, 0.0) if foot in switch.landing and name != "impulse" else (0.0, np.inf)
             found.append(limit("landing order", f"{where}, {name} {foot}", value, NO_TIME, bounds, 0.0))
     return found
+
+
+def _alone(domain: SampledDomain, following: SampledDomain, last: bool) -> list[Residual]:
+    """Feet that stand between two landings push, within their friction cones, where all land at once."""
+    gait, switch, robot = domain.gait, domain.switch, domain.gait.robot
+    chain = steps(switch, gait.pattern.landing_rule, robot.foot_names)
+    u = following.trajectory.torques[0]
+    if last and gait.pattern.mirrored:
+        u = robot.mirror.torque(u)
+    found: list[Residual] = []
+    for stance in dict.fromkeys(step.source for step in chain if step.source != switch.source):
+        contacts, q = gait.pattern.contacts(stance), domain.positions[-1:]
+        velocity = plastic(terms(contacts, q, domain.velocities[-1:]))[0]
+        at = terms(contacts, q, velocity[None])
+        forces = _landing_forces(at, [foot for foot in switch.landing if foot not in stance.feet], u)
+        where = f"{switch.name} with {', '.join(f for f in stance.feet if f in switch.landing)} landed"
+        for foot in stance.feet:
+            local = at.local_force(foot, forces[None])
+            normal, used = contacts.contact.normal_force(local), contacts.contact.friction_used(local)
+            bounds = (gait.limits.normal_force, np.inf)
+            found.append(limit("landing force", f"{where}, normal force {foot}", normal, NO_TIME, bounds, 0.0))
+            bounds = (0.0, gait.pattern.ground.friction)
+            found.append(limit("landing force", f"{where}, friction {foot}", used, NO_TIME, bounds, 0.0))
+    return found
+
+
+def _landing_forces(at: Terms, late: Sequence[str], u: Vector) -> Vector:
+    """Contact forces where the legs of late feet keep their joints' rates and all other joints have torques u.
+
+    Of the dense system [D -J^T -S^T; J 0 0; S 0 0] (a, lambda, u_S) = (B u - h, -Jdot v, 0), S the late legs' joints.
+    """
+    robot, D, J = at.contacts.robot, at.mass[0], at.jacobian[0]
+    standing = {joint for foot in at.contacts.feet for joint in robot.legs[foot]}
+    hanging = {joint for foot in late for joint in robot.legs[foot]} - standing
+    S = np.array([[float(name == joint) for name in robot.coordinate_names] for joint in sorted(hanging)])
+    S = S.reshape(len(hanging), len(D))
+    held = np.vstack([J, S])
+    system = np.block([[D, -held.T], [held, np.zeros((len(held), len(held)))]])
+    load = np.concatenate([np.zeros(len(D) - len(u)), u]) - at.bias[0]
+    solved = np.linalg.solve(system, np.concatenate([load, -at.contact_bias[0], np.zeros(len(S))]))
+    return solved[len(D) : len(D) + len(J)]
 
 
 def plastic(at: Terms) -> tuple[Vector, Vector]:
