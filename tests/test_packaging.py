@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -114,6 +115,14 @@ def test_the_tests_of_the_sdist_run(unpacked: Path) -> None:
 
 def test_the_citation_names_this_version() -> None:
     assert f"\nversion: {amble.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_the_changelog_dates_this_version_and_tells_each_kind_of_change_once() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(rf"^## \[{re.escape(amble.__version__)}\] - \d{{4}}-\d\d-\d\d$", text, re.MULTILINE)
+    for section in text.split("\n## [")[1:]:
+        kinds = re.findall(r"^### (.+)$", section, re.MULTILINE)
+        assert len(kinds) == len(set(kinds)), section[:40]
 
 
 def test_those_who_receive_a_release_accept_it(built: Path) -> None:
