@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fuzz import kinds, traces
+from fuzz import kinds, meshes, traces
 from fuzz.kinds import Kind
 
 READERS = (
@@ -11,6 +11,9 @@ READERS = (
     Kind("specification", ".toml", 20, kinds.draw_specification, kinds.read_specification),
     Kind("results", ".json", 10, kinds.draw_results, kinds.read_results),
     Kind("law", ".txt", 12, kinds.draw_law, kinds.read_law),
+    Kind("stl", ".stl", 2, meshes.draw_stl, meshes.read_mesh),
+    Kind("obj", ".obj", 2, meshes.drawing(meshes.OBJ), meshes.read_mesh),
+    Kind("dae", ".dae", 5, meshes.drawing(meshes.DAE), meshes.read_mesh),
     Kind("trace", ".nc", 3, traces.draw_trace, traces.read_trace),  # each is read in a process of its own: 0.3 s
 )
 

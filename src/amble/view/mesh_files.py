@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,10 +12,17 @@ import numpy as np
 
 from amble.errors import InputError, printable, shown
 from amble.io.reader import read_bytes
+from amble.robot.parts import LARGEST_NUMBER
 from amble.types import IntegerVector, Matrix, NodeValues
 
 LARGEST = 64 * 2**20
 """Bytes of a mesh file."""
+
+DEEPEST = 50
+"""Nodes inside each other."""
+
+MOST_TRIANGLES, MOST_PLACES = 5_000_000, 10_000
+"""Of a scene: a file of 1 KB can place one mesh a million times."""
 
 HEADER, FACET = 84, 50
 """Bytes of a binary STL file before its facets, and of each facet."""
@@ -32,11 +40,12 @@ def read_mesh(path: Path) -> NodeValues:
         raise InputError(f"{name} is of no known format; known: {', '.join(READERS)}")
     content = read_bytes(path, "mesh file", LARGEST)
     try:
-        triangles = np.asarray(reader(content), dtype=np.float64)
-    except (ValueError, IndexError, KeyError, struct.error, ElementTree.ParseError) as error:
+        with np.errstate(all="ignore"):  # what overflows is refused below
+            triangles = np.asarray(reader(content), dtype=np.float64)
+    except (ValueError, LookupError, OverflowError, struct.error, ElementTree.ParseError) as error:
         raise InputError(f"{name} cannot be read: {shown(str(error))}") from error
-    if triangles.size == 0 or not np.all(np.isfinite(triangles)):
-        raise InputError(f"{name} holds no triangles of finite numbers")
+    if triangles.size == 0 or not np.all(np.abs(triangles) <= LARGEST_NUMBER):
+        raise InputError(f"{name} holds no triangles, or numbers that are not finite or above {LARGEST_NUMBER:g}")
     return triangles
 
 
@@ -76,9 +85,11 @@ def _collada(content: bytes) -> NodeValues:
         for geometry in root.iter("geometry")
     }
     scene = root.find("library_visual_scenes")
-    placed = [] if scene is None else list(_instances(scene, np.eye(4), known))
+    placed = [] if scene is None else list(islice(_instances(scene, np.eye(4), known), MOST_PLACES + 1))
+    if len(placed) > MOST_PLACES or sum(len(meshes.get(url, ())) for url, _ in placed) > MOST_TRIANGLES:
+        raise ValueError(f"its scene has more than {MOST_PLACES} meshes or {MOST_TRIANGLES} triangles")
     parts = [meshes[url] @ turn[:3, :3].T + turn[:3, 3] for url, turn in placed if url in meshes]
-    triangles = scale * np.concatenate(parts or list(meshes.values()))
+    triangles = scale * np.concatenate([*(parts or meshes.values()), np.zeros((0, 3, 3))])
     axis = root.findtext("asset/up_axis", "Y_UP").strip()
     order, signs = {"Z_UP": ((0, 1, 2), (1, 1, 1)), "X_UP": ((1, 2, 0), (1, 1, 1))}.get(axis, ((0, 2, 1), (1, -1, 1)))
     return np.asarray(triangles[..., list(order)] * signs)
@@ -88,8 +99,8 @@ def _instances(
     node: ElementTree.Element, turn: Matrix, known: Mapping[str, ElementTree.Element], depth: int = 0
 ) -> Iterator[tuple[str, Matrix]]:
     """Yield the geometries below a node of a scene, with what they are transformed by."""
-    if depth > 50:
-        raise ValueError("its scene is nested more than 50 times")
+    if depth > DEEPEST:
+        raise ValueError(f"its scene is nested more than {DEEPEST} times")
     for child in node:
         numbers = [float(word) for word in (child.text or "").split()] if child.tag in TRANSFORMS else []
         if numbers:
@@ -128,17 +139,16 @@ def _primitives(geometry: ElementTree.Element, known: Mapping[str, ElementTree.E
     for part in (*geometry.iter("triangles"), *geometry.iter("polylist"), *geometry.iter("polygons")):
         inputs = {entry.get("semantic"): entry for entry in part.findall("input")}
         vertex = inputs["VERTEX"]
-        source = next(
-            entry.get("source", "")
-            for entry in known[vertex.get("source", "")[1:]]
-            if entry.get("semantic") == "POSITION"
-        )
+        sources = {entry.get("semantic"): entry.get("source", "") for entry in known[vertex.get("source", "")[1:]]}
+        source = sources["POSITION"]
         points = np.array(known[source[1:]].findtext("float_array", "").split(), dtype=np.float64).reshape(-1, 3)
         stride = 1 + max(int(entry.get("offset", "0")) for entry in part.findall("input"))
         for numbers in part.findall("p"):
             rows = np.array((numbers.text or "").split(), dtype=np.int64).reshape(-1, stride)
             corners = rows[:, int(vertex.get("offset", "0"))]
             counts = _counts(part, len(corners))
+            if counts.sum() != len(corners) or np.any(counts < 3):
+                raise ValueError("corners of its faces do not add up")
             starts = np.repeat(np.cumsum(counts) - counts, counts - 2)
             within = np.concatenate([np.arange(1, count - 1) for count in counts] or [np.zeros(0, dtype=np.int64)])
             yield points[corners[np.column_stack([starts, starts + within, starts + within + 1])]]

@@ -80,7 +80,7 @@ def link_meshes(robot: Robot, path: str | Path) -> tuple[Mesh, ...]:
     if lost:
         few = "; ".join(dict.fromkeys(lost[:3]))
         logger.warning("%s: %d looks are left out: %s", path.name, len(lost), printable(few))
-    return tuple(_simplified(link, np.concatenate(parts)) for link, parts in sorted(found.items()))
+    return tuple(simplified(link, np.concatenate(parts)) for link, parts in sorted(found.items()))
 
 
 def _check_same(
@@ -155,8 +155,13 @@ def _resolved(address: str, path: Path) -> Path:
     raise InputError(f"'{shown(address)}' was not found above {path.name}")
 
 
-def _simplified(link: int, triangles: NodeValues) -> Mesh:
-    """Join corners that lie in one cell of a lattice, which is made coarser until few faces are left."""
+def simplified(link: int, triangles: NodeValues) -> Mesh:
+    """Join corners that lie in one cell of a lattice, which is made coarser until few faces are left.
+
+    Args:
+        link: index of the link.
+        triangles: (n, 3, 3), m.
+    """
     points = triangles.reshape(-1, 3)
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max()) or 1.0
     cells = 2048.0
