@@ -10,15 +10,21 @@ import numpy as np
 import pytest
 
 from amble.errors import InputError
+from amble.hybrid import gait_pattern
 from amble.robot import Robot
+from amble.robot.catalogue import Posture
 from amble.robot.natural_units import natural_units, velocity_unit
 from amble.robot.plausibility import asymmetry, doubts, physical_rows
 from amble.robot.proposal import standing_posture
 from amble.robot.symmetry import symmetrized
+from amble.synthesis.problem import default_limits
 from amble.types import frozen
+from amble.verification.residuals import sizes
+from amble.view.shapes import link_shapes
 from fuzz.robots import biped
 from tests.seeds import seeds
 
+STRAIGHT = dict.fromkeys(biped().joint_names, 0.0)
 SIZES = (0.0, 5e-324, 1e-160, 1e-20, 1e-9, 1.0, 1e6, 1e12)
 
 COMPUTED: dict[str, Callable[[Robot], object]] = {
@@ -30,6 +36,9 @@ COMPUTED: dict[str, Callable[[Robot], object]] = {
     "posture": standing_posture,
     "units": lambda robot: natural_units(robot, robot.leg_length),
     "velocity": velocity_unit,
+    "sizes": sizes,
+    "limits": lambda robot: default_limits(gait_pattern(robot, [["l"], ["r"]]), Posture(0.5, STRAIGHT)),
+    "shapes": link_shapes,
 }
 
 
@@ -75,3 +84,16 @@ def test_a_robot_of_extreme_numbers_is_a_number_or_a_sentence(seed: int) -> None
             else:
                 said = name
             assert said.isprintable()
+
+
+def test_a_robot_whose_legs_have_no_length_is_a_sentence() -> None:
+    """Everything in one point: deviations of feet were divided by the length of the legs."""
+    robot, nothing = biped(), frozen(np.zeros(3))
+    joints = tuple(replace(joint, translation=nothing) for joint in robot.joints)
+    robot = replace(robot, joints=joints, feet=tuple(replace(foot, offset=nothing) for foot in robot.feet))
+    for name, compute in COMPUTED.items():
+        if name in ("doubts", "shapes", "asymmetry"):
+            compute(robot)
+        else:
+            with pytest.raises(InputError, match=r"length|one point"):
+                compute(robot)

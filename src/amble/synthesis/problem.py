@@ -18,6 +18,7 @@ from amble.hybrid.gaits import GAITS
 from amble.robot import Robot, catalogue, symmetrized
 from amble.robot.catalogue import GaitBounds, Posture
 from amble.robot.mirror import AsymmetryError
+from amble.robot.natural_units import velocity_unit
 from amble.robot.proposal import nominal_posture
 
 logger = logging.getLogger("amble")
@@ -265,8 +266,8 @@ def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> Ga
 def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
     """Bounds by dimension: times in sqrt(l / g), velocities in sqrt(g l); ASTRo's own are of this size."""
     # shorthand
-    length, g, z = robot.leg_length, robot.gravity, posture.height
-    time, velocity = sqrt(length / g), sqrt(g * length)
+    velocity, length, g, z = velocity_unit(robot), robot.leg_length, robot.gravity, posture.height
+    time = sqrt(length / g)
 
     def within(lower: float, upper: float, size: float) -> Interval:
         return (lower * size, upper * size)
