@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fuzz import kinds, meshes, traces
+from fuzz import kinds, meshes, motions, traces
 from fuzz.kinds import Kind
 
 READERS = (
@@ -15,6 +15,9 @@ READERS = (
     Kind("obj", ".obj", 2, meshes.drawing(meshes.OBJ), meshes.read_mesh),
     Kind("dae", ".dae", 5, meshes.drawing(meshes.DAE), meshes.read_mesh),
     Kind("trace", ".nc", 3, traces.draw_trace, traces.read_trace),  # each is read in a process of its own: 0.3 s
+    Kind("npz", ".npz", 4, motions.drawer(".npz"), motions.read_motion),
+    Kind("csv", ".csv", 4, motions.drawer(".csv"), motions.read_motion),
+    Kind("mat", ".mat", 1, motions.drawer(".mat"), motions.read_motion),  # as traces are
 )
 
 BY_NAME = {kind.name: kind for kind in READERS}

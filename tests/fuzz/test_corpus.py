@@ -10,7 +10,16 @@ from fuzz.worker import verdict_of
 
 CORPUS = Path(__file__).parents[2] / "fuzz" / "corpus"
 FILES = sorted(CORPUS.iterdir())
-REFUSED = ("urdf-", "walker-force", "walker-gravity-upwards", "walker-no-gravity", "specification-")
+REFUSED = (
+    "urdf-",
+    "walker-force",
+    "walker-gravity-upwards",
+    "walker-no-gravity",
+    "specification-",
+    "npz-",
+    "csv-",
+    "mat-",
+)
 """Names of inputs that are refused begin with these; the others load."""
 
 

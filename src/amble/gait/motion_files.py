@@ -73,17 +73,17 @@ def recorded_gait(motion: RecordedMotion) -> Gait:
 
 def _fit(what: str, domain: RecordedDomain) -> None:
     """Refuse samples of different lengths, numbers that are not finite, a clock that does not run forward."""
-    count = len(domain.times)
+    count, where = len(domain.times), f"{what}, domain '{shown(domain.name)}'"
     for field in FIELDS:
         values = getattr(domain, field)
         if values is None:
             continue
         if len(values) != count:
-            raise InputError(f"{what}, domain '{domain.name}': {count} times, but {len(values)} rows of {field}")
+            raise InputError(f"{where}: {count} times, but {len(values)} rows of {field}")
         if not np.all(np.isfinite(values)):
-            raise InputError(f"{what}, domain '{domain.name}': its {field} hold a number that is not finite")
+            raise InputError(f"{where}: its {field} hold a number that is not finite")
     if count < 3 or not np.all(np.diff(domain.times) > 0.0):
-        raise InputError(f"{what}, domain '{domain.name}': its clock must have three samples or more and run forward")
+        raise InputError(f"{where}: its clock must have three samples or more and run forward")
 
 
 def _format(path: str | Path) -> Format:

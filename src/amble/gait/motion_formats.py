@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import csv
 import io
+import warnings
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from amble.errors import InputError, printable, shown
 from amble.gait.record import Gait
 from amble.gait.recorded import FIELDS, HEADER, LARGEST, RecordedDomain, RecordedMotion
-from amble.io.reader import parse_json, read_bytes, read_text
+from amble.io.reader import opened, parse_json, parse_number, read_bytes, read_text
+from amble.io.worker import by_worker
 from amble.types import Json
 
 FROST = {
@@ -25,6 +27,18 @@ FROST = {
     "accelerations": ("states", "ddx"),
 }
 """Fields of FROST's gait, one column a sample there; inputs of other programs are not read, since frames differ."""
+
+OWN = {"torques": ("inputs", "u"), "forces": ("inputs", "f")}
+"""Fields that are there too where amble wrote the file."""
+
+
+Found = TypeVar("Found")
+
+MAT_TITLE = b"MATLAB 5.0 MAT-file, written by amble".ljust(116)
+"""How a mat file begins: any text."""
+
+SECONDS, BYTES_A_SECOND = 20, 10 * 2**20
+"""Processor time in which a mat file is read: what a small one may take, and how much of a large one in a second."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +59,14 @@ def _write_npz(gait: Gait, text: str) -> bytes:
 def _read_npz(path: str | Path) -> RecordedMotion:
     name = Path(path).name
     data = read_bytes(path, "motion", LARGEST)
-    try:
+
+    def read() -> dict[str, Any]:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > LARGEST:
-                raise InputError(f"motion '{printable(name)}' unpacks to more than {LARGEST} bytes")
+            _check_size(sum(entry.file_size for entry in archive.infolist()), name)
         with np.load(io.BytesIO(data), allow_pickle=False) as found:
-            arrays = {key: np.asarray(found[key]) for key in found.files}
-    except (ValueError, OSError, zipfile.BadZipFile, KeyError, EOFError, NotImplementedError) as error:
-        raise InputError(f"motion '{printable(name)}' is no npz file: {shown(str(error))}") from None
+            return {key: np.asarray(found[key]) for key in found.files}
+
+    arrays = _by_library(read, name, "npz file")
     header = arrays.pop(HEADER, None)
     columns = arrays.pop("coordinates", None)
     parts: dict[str, dict[str, Any]] = {}
@@ -69,6 +83,23 @@ def _read_npz(path: str | Path) -> RecordedMotion:
         _header(None if header is None else str(header), name),
         None if columns is None else tuple(str(column) for column in columns.ravel()),
     )
+
+
+def _by_library(read: Callable[[], Found], name: str, what: str) -> Found:
+    """Read by a library of others: what a damaged file makes it raise has many names, and all are one sentence."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return read()
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"motion '{printable(name)}' is no {what}: {shown(str(error))}") from None
+
+
+def _check_size(size: int, name: str) -> None:
+    if size > LARGEST:
+        raise InputError(f"motion '{printable(name)}' unpacks to more than {LARGEST} bytes")
 
 
 def _write_csv(gait: Gait, text: str) -> bytes:
@@ -100,8 +131,7 @@ def _read_csv(path: str | Path) -> RecordedMotion:
     if text.startswith(f"# {HEADER} "):
         first, _, text = text.partition("\n")
         header = first[len(HEADER) + 3 :]
-    rows = csv.reader(io.StringIO(text))
-    head = next(rows, [])
+    head, *rows = _by_library(lambda: list(csv.reader(io.StringIO(text))), name, "table") or [[]]
     if head[:2] != ["domain", "time"]:
         raise InputError(f"motion '{printable(name)}': its columns begin with domain and time, then the coordinates")
     kinds = {"rate of ": "velocities", "acceleration of ": "accelerations", "torque ": "torques", "force ": "forces"}
@@ -116,11 +146,11 @@ def _read_csv(path: str | Path) -> RecordedMotion:
         table.setdefault(row[0], []).append(row[1:])
     parts: dict[str, dict[str, Any]] = {}
     for domain, lines in table.items():
-        fields: dict[str, Any] = {"times": _numbers([line[0] for line in lines], name, "time")}
+        fields: dict[str, Any] = {"times": _parsed([[line[0]] for line in lines], name, "time")}
         for field in dict.fromkeys(field_of):
             chosen = [place for place, kind in enumerate(field_of, start=1) if kind == field]
             kept = [place for place in chosen if field != "forces" or any(line[place] for line in lines)]
-            fields[field] = _numbers([[line[place] for place in kept] for line in lines], name, field)
+            fields[field] = _parsed([[line[place] for place in kept] for line in lines], name, field)
         parts[domain] = fields
     coordinates = tuple(title for title, field in zip(titles, field_of, strict=True) if field == "positions")
     return RecordedMotion(name, _domains(parts, name), _header(header, name), coordinates)
@@ -139,59 +169,40 @@ def _write_mat(gait: Gait, text: str) -> bytes:
         entries[0, place] = (domain.name, domain.times[None], states, inputs, params)
     stream = io.BytesIO()
     savemat(stream, {"gait": entries, HEADER: text, "coordinates": np.array(gait.robot.coordinate_names, dtype=object)})
-    return stream.getvalue()
+    return MAT_TITLE + stream.getvalue()[len(MAT_TITLE) :]  # SciPy's own holds the date
 
 
 def _read_mat(path: str | Path) -> RecordedMotion:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    name, data = Path(path).name, read_bytes(path, "motion", LARGEST)
-    try:
-        found = loadmat(io.BytesIO(data), squeeze_me=False, struct_as_record=True)
-    except (MatReadError, ValueError, TypeError, OSError, NotImplementedError, IndexError, KeyError, EOFError) as error:
-        raise InputError(f"motion '{printable(name)}' is no mat file up to version 7: {shown(str(error))}") from None
-    gait = found.get("gait")
-    if gait is None or gait.dtype.names is None or not {"tspan", "states"} <= set(gait.dtype.names):
-        raise InputError(f"motion '{printable(name)}' has no variable gait, a struct with tspan and states.x")
-    domains = tuple(_mat_domains(gait, name))
-    header = found.get(HEADER)
-    columns = found.get("coordinates")
+    name = Path(path).name
+    with opened(path, "motion", LARGEST) as (stream, size):
+        wanted = {
+            "texts": (HEADER, "coordinates"),
+            "fields": FROST,
+            "own": OWN,
+            "seconds": SECONDS + size // BYTES_A_SECOND,
+            "bytes": 4 * LARGEST,
+        }
+        found = by_worker(Path(__file__).with_name("mat_worker.py"), wanted, stream, f"motion '{printable(name)}'")
+    with np.load(io.BytesIO(found)) as file:
+        arrays = dict(file)
+    if "refused" in arrays:
+        raise InputError(f"motion '{printable(name)}' {shown(str(arrays['refused']))}")
+    header, columns = arrays.get(HEADER), arrays.get("coordinates")
+    count = sum(key.endswith(" name") for key in arrays)
     return RecordedMotion(
         name,
-        domains,
-        _header(None if header is None else str(header.ravel()[0]), name),
-        None if columns is None else tuple(str(np.ravel(column)[0]) for column in columns.ravel()),
+        tuple(_mat_domain(arrays, number, name) for number in range(count)),
+        _header(None if header is None else "".join(header[:1]), name),
+        None if columns is None else tuple(map(str, columns)),
     )
 
 
-def _mat_domains(gait: Any, name: str) -> Iterator[RecordedDomain]:
-    """The entries with more than one sample: FROST puts one for every edge between those of the domains."""
-    for entry in gait.ravel():
-        if np.size(entry["tspan"]) < 2:
-            continue
-        label = str(np.ravel(entry["name"])[0]) if "name" in gait.dtype.names and np.size(entry["name"]) else ""
-        values = {field: _inner(entry, place) for field, place in FROST.items()}
-        inputs = entry["inputs"] if "inputs" in gait.dtype.names else None
-        amble_wrote = inputs is not None and inputs.dtype.names is not None and {"u", "f"} <= set(inputs.dtype.names)
-        for field, key in (("torques", "u"), ("forces", "f")):
-            values[field] = _inner(entry, ("inputs", key)) if amble_wrote else None
-        read = {field: None if value is None else _numbers(value, name, field) for field, value in values.items()}
-        times, positions = read.pop("times"), read.pop("positions")
-        if times is None or positions is None:
-            raise InputError(f"motion '{printable(name)}': a domain has no states.x")
-        rest = {field: None if value is None else value.T for field, value in read.items()}
-        yield RecordedDomain(name=label, times=times.ravel(), positions=positions.T, **rest)
-
-
-def _inner(entry: Any, path: Sequence[str]) -> Any:
-    for key in path:
-        if entry.dtype.names is None or key not in entry.dtype.names:
-            return None
-        entry = entry[key]
-        if entry.dtype == object and entry.size == 1:
-            entry = entry.ravel()[0]
-    return entry
+def _mat_domain(arrays: Mapping[str, Any], number: int, name: str) -> RecordedDomain:
+    """A domain whose samples are columns."""
+    fields = {field: arrays[f"{number} {field}"].T for field in FIELDS if f"{number} {field}" in arrays}
+    if not {"times", "positions"} <= set(fields):
+        raise InputError(f"motion '{printable(name)}': a domain has no states.x")
+    return RecordedDomain(**{"name": str(arrays[f"{number} name"]), **fields, "times": np.ravel(fields["times"])})
 
 
 def _domains(parts: Mapping[str, Mapping[str, Any]], name: str) -> tuple[RecordedDomain, ...]:
@@ -204,11 +215,19 @@ def _domains(parts: Mapping[str, Mapping[str, Any]], name: str) -> tuple[Recorde
     return tuple(found)
 
 
-def _numbers(values: Any, name: str, what: str) -> Any:
+def _parsed(cells: Sequence[Sequence[str]], name: str, what: str) -> Any:
+    """Numbers of a table, in decimal notation."""
     try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
+        return np.array([[parse_number(cell.strip()) for cell in row] for row in cells], dtype=np.float64)
+    except ValueError:
         raise InputError(f"motion '{printable(name)}': its {shown(what)} are not all numbers") from None
+
+
+def _numbers(values: Any, name: str, what: str) -> Any:
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"motion '{printable(name)}': its {shown(what)} are not all numbers")
+    return array.astype(np.float64)
 
 
 def _header(text: str | None, name: str) -> Json | None:

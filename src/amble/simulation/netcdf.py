@@ -12,8 +12,6 @@ lengths a file states; of files of 150 KB with bytes flipped at random, one in 9
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +22,7 @@ from numpy.typing import NDArray
 
 from amble.errors import InputError, printable
 from amble.io.reader import opened
+from amble.io.worker import by_worker
 from amble.version import __version__
 
 if TYPE_CHECKING:
@@ -44,9 +43,6 @@ SECONDS = 5
 
 BYTES_A_SECOND = 50 * 2**20
 """A tenth of what is read in a second."""
-
-WAITING = 20
-"""Longest wait, as a multiple of the processor time: the machine may be busy."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,25 +138,16 @@ def read_netcdf(
         InputError: in one sentence, where the file cannot be read, is no netCDF-4 file, is damaged or too large.
     """
     name = f"{what} '{printable(str(path))}'"
-    worker = str(Path(__file__).with_name("netcdf_worker.py"))
     with opened(path, what, LARGEST) as (stream, size):
-        seconds = SECONDS + size // BYTES_A_SECOND
         wanted = {
             "variables": dict(variables),
             "prefix": prefix,
             "attributes": list(attributes),
-            "seconds": seconds,
+            "seconds": SECONDS + size // BYTES_A_SECOND,
             "bytes": LARGEST,
         }
-        # -P: modules beside the worker do not shadow those of the library
-        command = [sys.executable, "-P", worker, json.dumps(wanted)]
-        try:
-            done = subprocess.run(command, stdin=stream, capture_output=True, timeout=WAITING * seconds, check=False)
-        except subprocess.TimeoutExpired:
-            raise InputError(f"{name} is damaged: reading it did not end in {WAITING * seconds} s") from None
-    line, _, numbers = done.stdout.partition(b"\n")
-    if done.returncode != 0 or not line:
-        raise InputError(f"{name} is damaged: reading it failed or took more than {seconds} s of processor time")
+        found = by_worker(Path(__file__).with_name("netcdf_worker.py"), wanted, stream, name)
+    line, _, numbers = found.partition(b"\n")
     head = json.loads(line)
     if "refused" in head:
         raise InputError(f"{name} {head['refused']}")
