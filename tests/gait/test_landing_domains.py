@@ -12,8 +12,6 @@ import pytest
 
 from amble.analysis import monitors
 from amble.defaults import FREE
-from amble.errors import InputError
-from amble.export import exported_loop
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.files import from_dict, load_gait, to_dict
@@ -257,11 +255,6 @@ def test_the_rule_is_part_of_the_file(trot: Gait) -> None:
     tree = to_dict(trot)
     assert tree["landing_rule"] == {"name": "one by one"}
     assert from_dict(tree).pattern == trot.pattern
-
-
-def test_what_does_not_know_the_rule_says_so(trot: Gait) -> None:
-    with pytest.raises(InputError, match="the exported controller knows the landing rule 'simultaneous' only"):
-        exported_loop(trot)
 
 
 @pytest.mark.slow

@@ -64,10 +64,12 @@ def driven_loops(
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
 
 
-def driven_motion(contacts: Contacts, torques: Torques, size: int) -> tuple[list[ca.SX], DrivenMotion]:
-    """Write what a feedback law does to a robot that stands on some feet, over the symbols (t, x, p)."""
+def driven_motion(
+    contacts: Contacts, torques: Torques, size: int, at: list[ca.SX] | None = None
+) -> tuple[list[ca.SX], DrivenMotion]:
+    """Write what a feedback law does to a robot that stands on some feet, over symbols (t, x, p), or at those given."""
     robot = contacts.robot
-    symbols = [ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size), ca.SX.sym("p", size)]
+    symbols = at or [ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size), ca.SX.sym("p", size)]
     q, v = symbols[1][: robot.size], symbols[1][robot.size :]
     u, equations = torques(contacts, symbols[0], q, v, symbols[2]), StandingEquations.of(contacts, q)
     force, contact = selection(robot) @ u - dynamics.bias(robot, q, v), -contacts.bias(q, v)

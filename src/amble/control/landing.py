@@ -123,6 +123,11 @@ def stopping(contacts: Contacts) -> ca.Function:
     return ca.Function("stopped", [x], ca.cse([after]), ["x"], ["after"])
 
 
+def compiled_plant(contacts: Contacts) -> ca.Function:
+    """Compile ``plant``."""
+    return compile_all({"plant": [plant(contacts)]})["plant"]["plant"]
+
+
 def compiled_landing_plant(contacts: Contacts, late: tuple[str, ...]) -> ca.Function:
     """Compile ``landing_plant``."""
     return compile_all({"landing_plant": [landing_plant(contacts, late)]})["landing_plant"]["landing_plant"]

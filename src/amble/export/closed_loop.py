@@ -7,18 +7,19 @@ from pathlib import Path
 
 import casadi as ca
 
-from amble.codegen import compile_all, compiler
+from amble.codegen import compiler
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw
-from amble.control.landing import plant
+from amble.control.landing import compiled_plant
 from amble.control.stance_functions import ARGUMENTS
-from amble.errors import InputError, WorkError
+from amble.errors import WorkError
 from amble.export.code import filled, template
 from amble.export.controller import export_state_controller
+from amble.export.stances import exported_stances
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
-from amble.hybrid import SIMULTANEOUS, Domain, GaitPattern, HybridSystem
+from amble.hybrid import Domain, GaitPattern, HybridSystem
 from amble.io.storage import workplace
 from amble.names import identifier
 
@@ -36,28 +37,21 @@ def exported_loop(gait: Gait, law: AllocationLaw | None = None) -> HybridSystem:
         law: another allocation law than the gait's.
 
     Raises:
-        InputError: where feet land one by one, which the controller does not know.
         WorkError: where there is no C compiler, or it fails.
     """
-    system = closed_loop(gait, law)
-    if len(system.domains) > len(gait.pattern.stances):
-        raise InputError(
-            f"the exported controller knows the landing rule '{SIMULTANEOUS}' only; this gait's feet land "
-            f"{gait.pattern.landing_rule}"
-        )
     tool = compiler()
     if tool is None:
         raise WorkError("the exported controller needs a C compiler; none was found")
     library = _library(gait, law, tool)
-    solved = gait.pattern.solved
-    native = compile_all({f"plant_{stance.name}": [plant(gait.pattern.contacts(stance))] for stance in solved})
-    plants = [native[f"plant_{stance.name}"]["plant"] for stance in solved]
-    if gait.pattern.mirrored:
-        plants += [_mirrored(gait.pattern, moved) for moved in plants]
-    domains = [
-        _domain(domain, ca.external(f"stance_{number}", str(library)), moved)
-        for number, (domain, moved) in enumerate(zip(system.domains, plants, strict=True))
-    ]
+    system, stances = closed_loop(gait, law), exported_stances(gait)
+    domains = []
+    for number, entry in enumerate(stances):
+        original = next(other.stance for other in stances if other.law == entry.law and not other.mirrored)
+        moved = compiled_plant(gait.pattern.contacts(original))
+        if entry.mirrored:
+            moved = _mirrored(gait.pattern, moved)
+        controller = ca.external(f"stance_{number}", str(library))
+        domains.append(_domain(system.domain(entry.stance.name), controller, moved))
     return HybridSystem(tuple(domains), system.transitions, system.symmetries, system.state_names)
 
 
@@ -90,7 +84,7 @@ def _library(gait: Gait, law: AllocationLaw | None, tool: Compiler) -> Path:
     with workplace(folder) as work:
         exported = export_state_controller(gait, law, work / "controller")
         source = exported.folder / "casadi_interface.c"
-        source.write_text(_interface(len(gait.pattern.stances)), encoding="utf-8")
+        source.write_text(_interface(len(gait.pattern.visited)), encoding="utf-8")
         texts = [
             path.read_text(encoding="utf-8")
             for path in (source, *exported.sources, exported.folder / "amble_controller.h")

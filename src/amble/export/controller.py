@@ -16,6 +16,7 @@ from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
 from amble.gait.linearising_law import control_of
+from amble.hybrid import SIMULTANEOUS
 from amble.io.storage import check_replaceable, replacing_folder
 from amble.version import __version__
 
@@ -34,7 +35,7 @@ class Exported:
         folder: where it is.
         sources: C files of the controller, without the program that replays the vectors.
         files: every file that was written.
-        laws: what each solved stance evaluates.
+        laws: what each solved stance evaluates, then each between the landings into one.
     """
 
     folder: Path
@@ -47,8 +48,9 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     """Write the controller of a gait as C99 without heap.
 
     The folder gets amble_controller.h and .c (state, phase clock, switching, rank monitor, saturation, fallback), one C
-    file of generated code for every solved stance, test_vectors.txt, replay.c and CMakeLists.txt. It is replaced as a
-    whole, and files of two controllers do not compile together: each holds an id of the content of all.
+    file of generated code for every solved stance and every one between the landings into it, test_vectors.txt,
+    replay.c and CMakeLists.txt. It is replaced as a whole, and files of two controllers do not compile together: each
+    holds an id of the content of all.
 
     Under ``Impedance`` the controller reads joints and contacts alone and has no generated code: the commands of motor
     drivers, a clock of its own, touchdown confirmed (docs/export.md).
@@ -59,13 +61,20 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
         folder: where to write; it is made where it does not exist, and may hold nothing but an earlier controller.
 
     Raises:
-        InputError: where a stance has no feet, or the folder cannot be written or holds other files.
+        InputError: where a stance has no feet, feet land one by one under ``Impedance``, or the folder cannot be
+            written or holds other files.
         WorkError: where writing fails for another reason, or the generated code has an unknown form.
     """
     control = control_of(gait)
     if not isinstance(control, Impedance):
         return export_state_controller(gait, law, folder)
     _require(gait, folder)
+    if len(gait.pattern.visited) > len(gait.pattern.stances):
+        raise InputError(
+            f"the landing rule '{gait.pattern.landing_rule}' needs the whole state between two landings, which the "
+            "controller of the impedance law does not read; export the gait's other control law, or let its feet land "
+            f"'{SIMULTANEOUS}'"
+        )
     code, vectors = impedance_texts(gait, control, law)
     comments = _comments(gait, law or gait.law)
     draft = {**impedance_files(code, comments, "0"), **vectors}
@@ -153,7 +162,8 @@ def _code(gait: Gait, laws: list[StanceLaw], codes: list[Code]) -> Mapping[str, 
         "FOOT_COUNT": str(len(robot.feet)),
         "FORCE_COUNT": str(gait.pattern.all_contacts.size),
         "COMPONENTS": ", ".join(gait.pattern.contact.labels),
-        "STANCE_COUNT": str(len(gait.pattern.stances)),
+        "GAIT_STANCES": str(len(gait.pattern.stances)),
+        "STANCE_COUNT": str(len(gait.pattern.visited)),
         "WORK": str(max(1, *(code.work for code in codes))),
         "INTEGERS": str(max(1, *(code.integers for code in codes))),
         "LATEST": f"{LATEST:g}",

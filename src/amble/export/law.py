@@ -10,15 +10,18 @@ import numpy as np
 
 from amble.control import AllocationLaw, ContactLimits, margins
 from amble.control.driven_loop import driven_motion
+from amble.control.landing import landing_motion
 from amble.control.linearisation import linearise
+from amble.control.stance_functions import StanceMotion
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
 from amble.export.code import comment
+from amble.export.stances import landing_stances, switch_tables
 from amble.gait import Gait
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.control_law import Numbers, TorqueLaw
 from amble.gait.linearising_law import InputOutputLinearisation, control_of
-from amble.hybrid import Stance
+from amble.hybrid import Stance, impact
 from amble.names import identifier
 from amble.robot.mirror import SignedPermutation
 from amble.types import Vector
@@ -35,13 +38,13 @@ LATEST = 2.0
 
 @dataclass(frozen=True)
 class StanceLaw:
-    """The law of one solved stance.
+    """The law of one solved stance, or of one between the landings into it.
 
     Attributes:
         stance: the stance.
         function: (clock, x, p) -> torques, forces of all feet, smallest pivot, smallest margin to a contact limit.
         parameters: p.
-        duration: planned duration, s.
+        duration: planned duration of the solved stance, s.
     """
 
     stance: Stance
@@ -51,54 +54,83 @@ class StanceLaw:
 
 
 def stance_laws(gait: Gait, law: AllocationLaw | None) -> list[StanceLaw]:
-    """Write the laws of all solved stances under the gait's control law.
+    """Write the laws of all solved stances under the gait's control law, then of those between landings.
 
     Raises:
         InputError: the control law gives no torques as expressions, or an allocation law is given and it takes none.
     """
     control, solved = control_of(gait), gait.pattern.solved
+    stances = [*((stance, stance) for stance in solved), *landing_stances(gait)]
     if isinstance(control, InputOutputLinearisation):
         gait = replace(gait, gains=(control.position_gain, control.velocity_gain))
-        return [_linearising(gait, law or gait.law, stance) for stance in solved]
+        return [_linearising(gait, law or gait.law, following, stance) for stance, following in stances]
     if isinstance(control, TorqueLaw):
-        numbers = control.numbers(gait, law)
-        return [_driven(gait, control, stance, entry) for stance, entry in zip(solved, numbers, strict=True)]
+        numbers = dict(zip(solved, control.numbers(gait, law), strict=True))
+        return [_driven(gait, control, following, stance, numbers[following]) for stance, following in stances]
     raise InputError(f"control law '{control.name}' gives no torques as expressions, so it cannot be exported")
 
 
-def _driven(gait: Gait, control: TorqueLaw, stance: Stance, numbers: Numbers) -> StanceLaw:
-    contacts = gait.pattern.contacts(stance)
-    symbols, motion = driven_motion(contacts, control.torques, numbers.parameters.size)
-    q = symbols[1][: gait.robot.size]
-    limits = ContactLimits(contacts.ground.friction, gait.limits.normal_force)
-    margin = ca.mmin(margins(contacts, contacts.points(q), motion.forces, limits))
-    results = [ca.densify(motion.torques), ca.densify(contacts.on_every_foot(motion.forces)), ca.SX(1.0), margin]
-    name = f"amble_law_{identifier(stance.name)}"
-    function = ca.Function(name, symbols, ca.cse(results), ["t", "x", "p"], ["torque", "force", "pivot", "margin"])
-    duration = next(part.duration for part in gait.domains if part.name == stance.name)
+def _driven(gait: Gait, control: TorqueLaw, following: Stance, stance: Stance, numbers: Numbers) -> StanceLaw:
+    contacts = gait.pattern.contacts(following)
+    symbols = [ca.SX.sym("t"), ca.SX.sym("x", 2 * gait.robot.size), ca.SX.sym("p", numbers.parameters.size)]
+    at = _LawPoint.of(gait, following, stance, symbols)
+    motion = driven_motion(contacts, control.torques, numbers.parameters.size, at.symbols)[1]
+    duration = next(part.duration for part in gait.domains if part.name == following.name)
     if gait.feedback is not None:
-        duration = gait.feedback.durations[stance.name]
-    return StanceLaw(stance, function, numbers.parameters, float(duration))
+        duration = gait.feedback.durations[following.name]
+    return StanceLaw(stance, at.function(gait, motion), numbers.parameters, float(duration))
 
 
-def _linearising(gait: Gait, law: AllocationLaw, stance: Stance) -> StanceLaw:
-    robot, contacts = gait.robot, gait.pattern.contacts(stance)
-    t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size)
-    q, v = x[: robot.size], x[robot.size :]
-    outputs = len(gait.outputs.of(stance.name).coordinates)
+def _linearising(gait: Gait, law: AllocationLaw, following: Stance, stance: Stance) -> StanceLaw:
+    robot, contacts = gait.robot, gait.pattern.contacts(following)
+    outputs = len(gait.outputs.of(following.name).coordinates)
     constraints = VirtualConstraints.symbols(outputs, robot.size - 3, REFERENCE_ORDER, gait.outputs.phase)
-    loop = linearise(contacts, law, q, v, constraints.phase_rates(robot, stance, t, q, v), constraints)
-    limits = ContactLimits(contacts.ground.friction, gait.limits.normal_force)
-    margin = ca.mmin(margins(contacts, contacts.points(q), loop.forces, limits))
-    function = ca.Function(
-        f"amble_law_{identifier(stance.name)}",
-        [t, x, constraints.packed()],
-        [ca.densify(loop.torques), ca.densify(contacts.on_every_foot(loop.forces)), loop.pivot, margin],
-        ["t", "x", "p"],
-        ["torque", "force", "pivot", "margin"],
-    )
-    parameters = loop_parameters(gait, stance.name)
-    return StanceLaw(stance, function, parameters, float(parameters[0]))
+    symbols = [ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size), constraints.packed()]
+    at = _LawPoint.of(gait, following, stance, symbols)
+    t, x, _ = at.symbols
+    q, v = x[: robot.size], x[robot.size :]
+    loop = linearise(contacts, law, q, v, constraints.phase_rates(robot, following, t, q, v), constraints)
+    parameters = loop_parameters(gait, following.name)
+    return StanceLaw(stance, at.function(gait, loop), parameters, float(parameters[0]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _LawPoint:
+    """Where the law of a solved stance is evaluated for a stance: there, or at its entry behind the impact of all feet.
+
+    Attributes:
+        following: the solved stance.
+        stance: itself, or one between the landings into it.
+        given: symbols of clock, state and parameters.
+        symbols: clock, state and parameters at which the law is evaluated.
+    """
+
+    following: Stance
+    stance: Stance
+    given: list[ca.SX]
+    symbols: list[ca.SX]
+
+    @classmethod
+    def of(cls, gait: Gait, following: Stance, stance: Stance, given: list[ca.SX]) -> _LawPoint:
+        symbols = given
+        if stance != following:  # docs/theory/hybrid-model.md, eq. 21
+            q, v = ca.vertsplit(given[1], gait.robot.size)
+            symbols = [ca.SX(1, 1), ca.vertcat(q, impact(gait.pattern.contacts(following), q, v)[0]), given[2]]
+        return cls(following=following, stance=stance, given=given, symbols=symbols)
+
+    def function(self, gait: Gait, loop: StanceMotion) -> ca.Function:
+        """Write torques, forces, pivot and margin; between landings of the feet on the ground (eq. 22)."""
+        contacts, torques, forces = gait.pattern.contacts(self.stance), loop.torques, loop.forces
+        q, v = ca.vertsplit(self.given[1], gait.robot.size)
+        if self.stance != self.following:
+            late = [foot for foot in self.following.feet if foot not in self.stance.feet]
+            motion = landing_motion(contacts, late, q, v, torques)
+            torques, forces = motion.torques, motion.forces
+        limits = ContactLimits(contacts.ground.friction, gait.limits.normal_force)
+        margin = ca.mmin(margins(contacts, contacts.points(q), forces, limits))
+        results = [ca.densify(torques), ca.densify(contacts.on_every_foot(forces)), ca.SX(loop.pivot), margin]
+        name = f"amble_law_{identifier(self.stance.name)}"
+        return ca.Function(name, self.given, ca.cse(results), ["t", "x", "p"], ["torque", "force", "pivot", "margin"])
 
 
 def torque_limits(gait: Gait) -> Vector:
@@ -113,23 +145,21 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
 
     Args:
         gait: the gait.
-        laws: the laws of the solved stances, in order.
+        laws: the laws of the solved stances, in order, then of those between landings.
         smallest_pivot: pivot below which rank counts as lost.
         arguments: scratch that the generated code needs for pointers to arguments.
         results: the same for results.
     """
-    masks = [sum(1 << gait.robot.foot_names.index(foot) for foot in stance.feet) for stance in gait.pattern.stances]
     lines = [
-        f"#define SOLVED {len(laws)}",
+        f"#define LAWS {len(laws)}",
         f"#define ARGUMENTS {arguments}",
         f"#define RESULTS {results}",
         f"#define EARLIEST {EARLIEST!r}",
         f"#define LATEST {LATEST!r}",
         f"#define SMALLEST_PIVOT {smallest_pivot!r}",
         "",
-        "/* Feet on the ground in every stance, one bit a foot. */",
-        f"static const unsigned DOWN[AMBLE_STANCES] = {{{', '.join(f'{mask}u' for mask in masks)}}};",
-        numbers("DURATION", "SOLVED", [law.duration for law in laws]),
+        *switch_tables(gait),
+        numbers("DURATION", "LAWS", [law.duration for law in laws]),
         numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait)),
     ]
     for law in laws:
@@ -138,7 +168,7 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
         lines.append(f"\n/* {comment(law.stance.name)}: {what}. */")
         lines.append(numbers(f"PARAMETERS_{identifier(law.stance.name)}", str(law.parameters.size), law.parameters))
     names = ", ".join(f"PARAMETERS_{identifier(law.stance.name)}" for law in laws)
-    lines.append(f"static const double *const PARAMETERS[SOLVED] = {{{names}}};")
+    lines.append(f"static const double *const PARAMETERS[LAWS] = {{{names}}};")
     return "\n".join([*lines, "", *_mirror(gait), ""])
 
 

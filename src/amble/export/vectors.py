@@ -10,6 +10,7 @@ import numpy as np
 from amble.control.motion_equations import SMALLEST_PIVOT
 from amble.errors import InputError
 from amble.export.law import StanceLaw, torque_limits
+from amble.export.stances import ExportedStance, exported_stances, landing_stances
 from amble.gait import Gait
 from amble.hybrid import Stance
 from amble.hybrid.system import numeric
@@ -56,11 +57,11 @@ def test_vectors(gait: Gait, laws: Sequence[StanceLaw]) -> list[Vectors]:
     """Calls along the gait, disturbed, in every stance, then one for every documented way to fail."""
     generator = np.random.default_rng(SEED)
     found: list[Vectors] = []
-    for number, stance in enumerate(gait.pattern.stances):
-        for clock, q, v in _states(gait, number % len(laws), generator):
-            mirrored = number >= len(laws)
-            positions, velocities = (gait.robot.mirror.position(a) if mirrored else a for a in (q, v))
-            found.append(_answer(gait, laws, number, stance, clock, positions, velocities))
+    for number, entry in enumerate(exported_stances(gait)):
+        solved = entry.law if entry.law < len(gait.domains) else _following(gait, laws[entry.law].stance)
+        for clock, q, v in _states(gait, solved, generator):
+            positions, velocities = (gait.robot.mirror.position(a) if entry.mirrored else a for a in (q, v))
+            found.append(_answer(gait, laws, number, entry, clock, positions, velocities))
     return [*found, *_failures(gait, found[0])]
 
 
@@ -75,7 +76,7 @@ def smallest_pivot(gait: Gait, laws: Sequence[StanceLaw]) -> float:
         InputError: where the outputs lose their rank along it, so that no share of it could tell a lost rank.
     """
     found = []
-    for law, part in zip(laws, gait.domains, strict=True):
+    for law, part in zip(laws[: len(gait.domains)], gait.domains, strict=True):
         for clock, q, v in zip(part.times, part.positions, part.velocities, strict=True):
             found.append(float(law.function(clock, np.concatenate([q, v]), law.parameters)[2]))
     smallest = float(np.min(found))
@@ -87,6 +88,11 @@ def smallest_pivot(gait: Gait, laws: Sequence[StanceLaw]) -> float:
     return smallest
 
 
+def _following(gait: Gait, stance: Stance) -> int:
+    """Number of the solved stance that the landings of a stance lead into."""
+    return next(gait.pattern.solved.index(solved) for known, solved in landing_stances(gait) if known == stance)
+
+
 def _states(gait: Gait, solved: int, generator: np.random.Generator) -> Iterator[tuple[float, Vector, Vector]]:
     """Disturbed states of a solved domain, evenly spaced in time."""
     part = gait.domains[solved]
@@ -96,11 +102,10 @@ def _states(gait: Gait, solved: int, generator: np.random.Generator) -> Iterator
 
 
 def _answer(
-    gait: Gait, laws: Sequence[StanceLaw], number: int, stance: Stance, clock: float, q: Vector, v: Vector
+    gait: Gait, laws: Sequence[StanceLaw], number: int, entry: ExportedStance, clock: float, q: Vector, v: Vector
 ) -> Vectors:
     """Evaluate the law of a stance as the controller does: mirror, law, mirror, saturation."""
-    robot, law = gait.robot, laws[number % len(laws)]
-    mirrored = number >= len(laws)
+    robot, law, mirrored = gait.robot, laws[entry.law], entry.mirrored
     state = np.concatenate([q, v])
     torques, forces, _, margin = (
         numeric(part) for part in law.function(clock, robot.mirror.state(state) if mirrored else state, law.parameters)
@@ -109,7 +114,7 @@ def _answer(
         torques, forces = robot.mirror.torque(torques), gait.pattern.all_contacts.mirror(forces)
     limit = torque_limits(gait)
     status = (SATURATED if np.any(np.abs(torques) > limit) else OK) | (CONTACT_FORCE if margin[0] < 0.0 else OK)
-    contact = np.array([foot in stance.feet for foot in robot.foot_names], dtype=np.int64)
+    contact = np.array([foot in entry.stance.feet for foot in robot.foot_names], dtype=np.int64)
     return Vectors(
         stance=number,
         clock=clock,

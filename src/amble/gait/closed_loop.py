@@ -18,6 +18,7 @@ from amble.gait.landing_domains import (
     landing_domain,
     landing_steps,
     landing_transition,
+    twin,
 )
 from amble.gait.linearising_law import control_of
 from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
@@ -64,7 +65,7 @@ def closed_loop(
     domains = [*solved]
     if whole:
         twins = pattern.stances[len(solved) :]
-        domains += [mirrored_domain(pattern, twin.name, domain) for twin, domain in zip(twins, solved, strict=True)]
+        domains += [mirrored_domain(pattern, stance.name, domain) for stance, domain in zip(twins, solved, strict=True)]
     domains += _landing_domains(gait, loops, solved, whole)
     known = {domain.name: domain for domain in domains}
     transitions = _transitions(gait, loops, known, half, orders or {})
@@ -125,8 +126,8 @@ def _landing_domains(gait: Gait, loops: Sequence[StanceLoop], solved: Sequence[D
             domain = landing_domain(pattern, loop, following, pattern.solved[number], stance)
             found.append(domain)
             if whole:
-                twin = _twin(gait, pattern.all_switches[number - 1 + len(solved)], stance)
-                found.append(mirrored_domain(pattern, twin.name, domain))
+                image = twin(gait, pattern.all_switches[number - 1 + len(solved)], stance)
+                found.append(mirrored_domain(pattern, image.name, domain))
     return found
 
 
@@ -142,10 +143,10 @@ def _landings(
         source, foot, down = step.source, step.landing[0], step.target.feet
         if mirrors:
             entered = entering(gait, 0)
-            target = _twin(gait, entered, target)
+            target = twin(gait, entered, target)
             if not first:
-                twin = gait.robot.mirror.feet
-                source, foot, down = _twin(gait, entered, source), twin[foot], target.feet
+                feet = gait.robot.mirror.feet
+                source, foot, down = twin(gait, entered, source), feet[foot], target.feet
         contacts = gait.pattern.contacts(Stance(target.name, down))
         landing = landing_transition(contacts, foot, known[source.name], target.name, first, mirrors and first)
         if order is None or first:
@@ -155,12 +156,6 @@ def _landings(
         known[back.name] = back
         found += both_ways
     return found
-
-
-def _twin(gait: Gait, switch: Switch, stance: Stance) -> Stance:
-    """Return the stance during the landings of a switch on the mirrored feet of another."""
-    feet = {gait.robot.mirror.feet[foot] for foot in stance.feet}
-    return next(step.target for step in landing_steps(gait, switch) if set(step.target.feet) == feet)
 
 
 def start_state(gait: Gait) -> Vector:

@@ -42,6 +42,12 @@ def between(gait: Gait, switch: Switch) -> tuple[Stance, ...]:
     return tuple(dict.fromkeys(stance for stance in sources if stance != switch.source))
 
 
+def twin(gait: Gait, switch: Switch, stance: Stance) -> Stance:
+    """Return the stance during the landings of a switch on the mirrored feet of another."""
+    feet = {gait.robot.mirror.feet[foot] for foot in stance.feet}
+    return next(step.target for step in landing_steps(gait, switch) if set(step.target.feet) == feet)
+
+
 def follows(step: Switch, switch: Switch, order: Sequence[str]) -> bool:
     """Whether a landing of a switch is part of an order of its feet."""
     landed = set() if step.source == switch.source else set(step.source.feet) & set(switch.landing)

@@ -8,7 +8,7 @@
 typedef int (*evaluation)(const double **arg, double **res, long long *iw, double *w);
 
 @PROTOTYPES@
-static const evaluation LAW[SOLVED] = {@EVALUATIONS@};
+static const evaluation LAW[LAWS] = {@EVALUATIONS@};
 
 static int all_finite(const double *values, int count) {
   int i;
@@ -28,7 +28,7 @@ static int evaluate(amble_controller *c, double clock, const double *q, const do
   double x[2 * AMBLE_COORDINATES], torque[AMBLE_JOINTS] = {0}, contact[AMBLE_FORCES] = {0};
   const double *arg[ARGUMENTS] = {0};
   double *res[RESULTS] = {0};
-  int i, solved = c->stance % SOLVED, mirrored = c->stance >= SOLVED, failed;
+  int i, place = LAW_OF[c->stance], mirrored = MIRRORED[c->stance], failed;
   if (mirrored) {
     permute(COORDINATE_INDEX, COORDINATE_SIGN, q, x, AMBLE_COORDINATES);
     permute(COORDINATE_INDEX, COORDINATE_SIGN, qd, x + AMBLE_COORDINATES, AMBLE_COORDINATES);
@@ -40,12 +40,12 @@ static int evaluate(amble_controller *c, double clock, const double *q, const do
   }
   arg[0] = &clock;
   arg[1] = x;
-  arg[2] = PARAMETERS[solved];
+  arg[2] = PARAMETERS[place];
   res[0] = mirrored ? torque : u;
   res[1] = mirrored ? contact : force;
   res[2] = &c->pivot;
   res[3] = &c->margin;
-  failed = LAW[solved](arg, res, c->integers, c->work);
+  failed = LAW[place](arg, res, c->integers, c->work);
   if (mirrored) {
     permute(JOINT_INDEX, JOINT_SIGN, torque, u, AMBLE_JOINTS);
     permute(FORCE_INDEX, FORCE_SIGN, contact, force, AMBLE_FORCES);
@@ -85,23 +85,35 @@ static unsigned pressed(const unsigned char *contact) {
   return flags;
 }
 
-/* Enter the next stance where the flags say so. */
+static int between_landings(int stance) { return stance >= AMBLE_GAIT_STANCES; }
+
+/* Pass one switch that the flags ask for; whether there was one. The clock starts at the first landing, and again with
+ * the stance of the gait. */
+static int switched(amble_controller *c, double t, unsigned flags) {
+  int i, here = c->stance;
+  if (!between_landings(here) && !(t - c->entry >= EARLIEST * DURATION[LAW_OF[here]])) return 0;
+  for (i = 0; i < SWITCHES; i++) {
+    unsigned landing = SWITCH[i].landing;
+    if (SWITCH[i].source != here) continue;
+    if (landing ? (flags & landing) != landing : (flags & SWITCH[i].lifting) != 0) continue;
+    c->stance = SWITCH[i].target;
+    if (!between_landings(here) || !between_landings(c->stance)) c->entry = t;
+    return 1;
+  }
+  return 0;
+}
+
+/* Enter the next stance where the flags say so; of feet that land one by one, as many as have landed. */
 static void follow(amble_controller *c, double t, unsigned flags) {
-  int next = (c->stance + 1) % AMBLE_STANCES;
-  unsigned landing = DOWN[next] & ~DOWN[c->stance], lifting = DOWN[c->stance] & ~DOWN[next];
-  int arrived = landing ? (flags & landing) == landing : (flags & lifting) == 0;
-  if (arrived && t - c->entry >= EARLIEST * DURATION[c->stance % SOLVED]) {
-    c->stance = next;
-    c->entry = t;
+  while (switched(c, t, flags) && between_landings(c->stance)) {
   }
 }
 
 /* A stance foot is off the ground, or a swing foot on it that neither just lifted nor is about to land. */
 static int wrong(const amble_controller *c, double clock, unsigned flags) {
-  unsigned here = DOWN[c->stance], before = DOWN[(c->stance + AMBLE_STANCES - 1) % AMBLE_STANCES];
-  unsigned after = DOWN[(c->stance + 1) % AMBLE_STANCES];
-  int young = clock < EARLIEST * DURATION[c->stance % SOLVED];
-  unsigned allowed = here | (young ? before : after);
+  unsigned here = DOWN[c->stance], after = AFTER[c->stance];
+  int young = between_landings(c->stance) || clock < EARLIEST * DURATION[LAW_OF[c->stance]];
+  unsigned allowed = here | (young ? BEFORE[c->stance] : after);
   unsigned needed = young ? here : here & after;
   return (flags & ~allowed) != 0 || (needed & ~flags) != 0;
 }
@@ -134,7 +146,7 @@ unsigned amble_step(amble_controller *c, double t, const double q[AMBLE_COORDINA
   follow(c, t, flags);
   clock = t - c->entry;
   if (wrong(c, clock, flags)) status |= AMBLE_CONTACT_FLAGS;
-  if (clock > LATEST * DURATION[c->stance % SOLVED]) status |= AMBLE_LATE;
+  if (clock > LATEST * DURATION[LAW_OF[c->stance]]) status |= AMBLE_LATE;
   if (evaluate(c, clock, q, qd, u, force) || !(c->pivot >= SMALLEST_PIVOT)) {
     return fallback(status | AMBLE_RANK_LOST, qd, u, force);
   }

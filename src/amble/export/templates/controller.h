@@ -22,6 +22,8 @@
 #define AMBLE_FEET @FOOT_COUNT@
 /* Components of the contact force of all feet; of each: @COMPONENTS@. */
 #define AMBLE_FORCES @FORCE_COUNT@
+/* Stances of the gait, and with those between the landings of feet that land one by one. */
+#define AMBLE_GAIT_STANCES @GAIT_STANCES@
 #define AMBLE_STANCES @STANCE_COUNT@
 
 /* Scratch of the generated code. */
@@ -71,7 +73,8 @@ unsigned amble_enter(amble_controller *controller, int stance, double t);
  * force     contact forces that go with u, world frame, all feet, zero for swing feet; always written
  *
  * The stance switches when the feet that land next report contact (where none lands: when the feet that lift report
- * none), not before half its planned duration. The clock of the references restarts at the switch.
+ * none), not before half its planned duration. The clock of the references restarts at the switch. Where feet land one
+ * by one the first to land leads to a stance between the landings, and the last to the next stance of the gait.
  */
 unsigned amble_step(amble_controller *controller, double t, const double q[AMBLE_COORDINATES],
                     const double qd[AMBLE_COORDINATES], const unsigned char contact[AMBLE_FEET],

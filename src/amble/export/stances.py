@@ -1,0 +1,99 @@
+"""The stances of an exported controller: those of the gait, then those between the landings of one switch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from amble.gait import Gait
+from amble.gait.landing_domains import between, entering, twin
+from amble.hybrid import Stance
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedStance:
+    """A stance and where its law comes from.
+
+    Attributes:
+        stance: the stance.
+        law: place of its law: those of the solved stances come first, then those between landings.
+        mirrored: whether the law is evaluated in the mirror.
+        before: feet that stand before it, which may still touch while it is young.
+        after: feet that stand in the next stance of the gait.
+    """
+
+    stance: Stance
+    law: int
+    mirrored: bool
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+
+
+def landing_stances(gait: Gait) -> list[tuple[Stance, Stance]]:
+    """Return the stances between the landings into every solved stance, each with that stance."""
+    solved = gait.pattern.solved
+    return [(stance, solved[n]) for n in range(len(solved)) for stance in between(gait, entering(gait, n))]
+
+
+def exported_stances(gait: Gait) -> list[ExportedStance]:
+    """Return all stances in the order of their numbers in C, which is that of ``GaitPattern.visited``."""
+    pattern, count = gait.pattern, len(gait.pattern.stances)
+    solved = len(pattern.solved)
+    found = {
+        stance.name: ExportedStance(
+            stance=stance,
+            law=number % solved,
+            mirrored=number >= solved,
+            before=pattern.stances[number - 1].feet,
+            after=pattern.stances[(number + 1) % count].feet,
+        )
+        for number, stance in enumerate(pattern.stances)
+    }
+    for place, (stance, following) in enumerate(landing_stances(gait), start=solved):
+        number = pattern.solved.index(following)
+        switches = [(entering(gait, number), stance)]
+        if pattern.mirrored:
+            image = pattern.all_switches[number - 1 + solved]
+            switches.append((image, twin(gait, image, stance)))
+        for mirrored, (switch, reached) in enumerate(switches):
+            found[reached.name] = ExportedStance(
+                stance=reached,
+                law=place,
+                mirrored=bool(mirrored),
+                before=switch.source.feet,
+                after=switch.target.feet,
+            )
+    return [found[stance.name] for stance in pattern.visited]
+
+
+def mask(gait: Gait, feet: Sequence[str]) -> int:
+    """Return feet as bits, in the robot's order."""
+    return sum(1 << gait.robot.foot_names.index(foot) for foot in feet)
+
+
+def switch_tables(gait: Gait) -> list[str]:
+    """Write what stands in every stance, and which flags lead from one to another."""
+    stances = exported_stances(gait)
+    numbers = {entry.stance.name: number for number, entry in enumerate(stances)}
+
+    def row(kind: str, name: str, values: Sequence[object]) -> str:
+        return f"static const {kind} {name}[AMBLE_STANCES] = {{{', '.join(map(str, values))}}};"
+
+    edges = [
+        f"  {{{numbers[step.source.name]}, {numbers[step.target.name]}, {mask(gait, step.landing)}u, "
+        f"{mask(gait, step.lifting)}u}}"
+        for step in gait.pattern.steps
+    ]
+    return [
+        "/* Feet on the ground in every stance, one bit a foot; before it, and in the gait's next stance. */",
+        row("unsigned", "DOWN", [f"{mask(gait, entry.stance.feet)}u" for entry in stances]),
+        row("unsigned", "BEFORE", [f"{mask(gait, entry.before)}u" for entry in stances]),
+        row("unsigned", "AFTER", [f"{mask(gait, entry.after)}u" for entry in stances]),
+        "/* Place of the law of every stance, and whether it is evaluated in the mirror. */",
+        row("int", "LAW_OF", [entry.law for entry in stances]),
+        row("int", "MIRRORED", [int(entry.mirrored) for entry in stances]),
+        "/* Switches: all feet of the first mask have landed; where it is empty, none of the second touches. */",
+        f"#define SWITCHES {len(edges)}",
+        "static const struct { int source, target; unsigned landing, lifting; } SWITCH[SWITCHES] = {",
+        ",\n".join(edges) + "};",
+    ]

@@ -1,0 +1,144 @@
+"""The exported C where feet land one by one: a stance of its own for every set of feet that have landed."""
+
+from __future__ import annotations
+
+import subprocess
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amble.codegen import compiler
+from amble.errors import InputError
+from amble.export import Exported, export_controller, exported_loop
+from amble.gait import Gait
+from amble.gait.closed_loop import closed_loop, start_state
+from amble.gait.files import load_gait
+from amble.gait.impedance import Impedance
+from amble.hybrid import HybridSystem
+from amble.hybrid.system import numeric
+from amble.robot.natural_units import natural_units
+from amble.simulation import simulate
+from amble.simulation.simulate import perturbed
+from tests.export.test_controller import CONTACT_FLAGS, OK, STRICT, Controller
+
+GAIT = Path(__file__).parents[1] / "data" / "stabilised-trot-one-by-one.json"
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+
+
+@pytest.fixture(scope="module")
+def gait() -> Gait:
+    return load_gait(GAIT)
+
+
+@pytest.fixture(scope="module")
+def system(gait: Gait) -> HybridSystem:
+    """Interpreted: compiling takes longer than these few evaluations."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMBLE_COMPILER", "none")
+        return closed_loop(gait)
+
+
+@pytest.fixture(scope="module")
+def exported(gait: Gait, tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    """A folder with strictly compiled objects beside the sources."""
+    written = export_controller(gait, None, tmp_path_factory.mktemp("one_by_one"))
+    tool = compiler()
+    assert tool is not None
+    names = [path.name for path in (*written.sources, written.folder / "replay.c")]
+    subprocess.run([tool.path, *STRICT, "-fPIC", "-c", *names], cwd=written.folder, check=True)
+    return written
+
+
+def link(exported: Exported, *arguments: str) -> None:
+    tool = compiler()
+    assert tool is not None
+    objects = [path.with_suffix(".o").name for path in exported.sources]
+    subprocess.run([tool.path, *arguments, *objects, "-lm"], cwd=exported.folder, check=True)
+
+
+@pytest.fixture
+def controller(exported: Exported) -> Controller:
+    link(exported, "-shared", "-o", "controller.so")
+    return Controller(exported.folder / "controller.so")
+
+
+def flags(gait: Gait, feet: set[str]) -> tuple[int, ...]:
+    return tuple(int(foot in feet) for foot in gait.robot.foot_names)
+
+
+def test_the_vectors_of_every_stance_are_reproduced(exported: Exported) -> None:
+    """Two stances of the gait and four between landings; the program holds every difference against 1e-12."""
+    link(exported, "-o", "replay", "replay.o")
+    done = subprocess.run(
+        ["./replay", "test_vectors.txt"], cwd=exported.folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"{20 * 6 + 5} vectors, 0 wrong")
+
+
+@pytest.mark.parametrize("source", [0, 1])
+@pytest.mark.parametrize("turn", [0, 1])
+def test_feet_land_in_every_order(
+    gait: Gait, system: HybridSystem, controller: Controller, source: int, turn: int
+) -> None:
+    """The first to land leads between the landings, the torques are those of the simulation, the last to the stance."""
+    pattern = gait.pattern
+    switch = pattern.all_switches[source]
+    first, second = list(permutations(switch.landing))[turn]
+    draw = np.random.default_rng(2 * source + turn)
+    state = start_state(gait) + draw.normal(0.0, 1e-2, 2 * gait.robot.size)
+    q, v = state[: gait.robot.size], state[gait.robot.size :]
+    assert controller.enter(source, 1.0) == OK
+    controller.step(1.01, q, v, flags(gait, {*switch.source.feet, first}))  # too early: it may have just lifted
+    assert controller.stance == source
+    between = next(step.target for step in pattern.steps if step.source == switch.source and step.landing == (first,))
+    domain = system.domain(between.name)
+    expected = dict(zip(domain.signals.name_out(), domain.signals(0.0, state, domain.parameters), strict=True))
+    for time in (1.15, 1.16, 1.17):
+        # the feet that were released may still touch
+        assert not controller.step(time, q, v, flags(gait, {first, *switch.source.feet})) & CONTACT_FLAGS
+        assert pattern.visited[controller.stance] == between
+        torques = numeric(expected["torque"])
+        np.testing.assert_allclose(controller.torques, torques, atol=1e-10 * np.abs(torques).max())
+        forces = numeric(expected["force"])
+        np.testing.assert_allclose(controller.forces, forces, atol=1e-10 * np.abs(forces).max())
+    assert not controller.step(1.18, q, v, flags(gait, {second, first})) & CONTACT_FLAGS
+    assert pattern.visited[controller.stance] == switch.target
+    following = system.domain(switch.target.name)
+    torques = numeric(following.signals(0.0, state, following.parameters)[0])
+    np.testing.assert_allclose(controller.torques, torques, atol=1e-10 * np.abs(torques).max())
+
+
+def test_feet_that_land_in_the_same_tick_pass_both_switches(gait: Gait, controller: Controller) -> None:
+    state = start_state(gait)
+    q, v = state[: gait.robot.size], state[gait.robot.size :]
+    assert controller.enter(0, 0.0) == OK
+    controller.step(0.15, q, v, flags(gait, set(gait.pattern.stances[1].feet)))
+    assert gait.pattern.visited[controller.stance] == gait.pattern.stances[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_the_exported_walk_is_that_of_the_closed_loop(gait: Gait, seed: int) -> None:
+    """From a changed start, with feet that land in both orders."""
+    start = start_state(gait)
+    start = start + natural_units(gait.robot, gait.robot.leg_length) * perturbed(np.zeros(start.size), 1e-2, seed)
+    model, native = (simulate(loop, start, 3, samples=5) for loop in (closed_loop(gait), exported_loop(gait)))
+    assert model.completed
+    assert [event.transition for event in native.events] == [event.transition for event in model.events]
+    assert any(" " in event.transition for event in model.events)
+    # C cuts torques at the limits of the motors, which these starts do not reach
+    assert np.max(np.abs(native.state - model.state)) <= 1e-6
+    for name in ("torque", "force"):
+        values = model.signals[name]
+        assert np.max(np.abs(native.signals[name] - values)) <= 1e-5 * np.max(np.abs(values)), name
+
+
+def test_the_impedance_controller_refuses_the_rule(gait: Gait, tmp_path: Path) -> None:
+    under = replace(gait, control=Impedance())
+    with pytest.raises(InputError, match="needs the whole state between two landings"):
+        export_controller(under, None, tmp_path / "controller")
