@@ -13,6 +13,7 @@ import pytest
 from amble.codegen import compiler
 from amble.errors import InputError
 from amble.export import Exported, export_controller, exported_loop
+from amble.export.vectors import CONTACT_FLAGS, OK
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.files import load_gait
@@ -22,7 +23,7 @@ from amble.hybrid.system import numeric
 from amble.robot.natural_units import natural_units
 from amble.simulation import simulate
 from amble.simulation.simulate import perturbed
-from tests.export.test_controller import CONTACT_FLAGS, OK, STRICT, Controller
+from tests.export.test_controller import STRICT, Controller
 
 GAIT = Path(__file__).parents[1] / "data" / "stabilised-trot-one-by-one.json"
 
