@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from amble.codegen import Recipe, compile_recipes
+from amble.codegen.build import BREAK_EVEN
 
 
 @pytest.fixture
@@ -53,3 +54,23 @@ def test_without_a_compiler_the_rule_is_interpreted(cache: Path, monkeypatch: py
     np.testing.assert_allclose(np.asarray(slope([1.0, 2.0])).ravel(), [2.0, 4.0])
     assert built == [2]
     assert not list(cache.iterdir())
+
+
+@pytest.mark.parametrize(("evaluations", "libraries"), [(BREAK_EVEN - 1, 0), (BREAK_EVEN, 1)])
+def test_what_is_evaluated_seldom_is_interpreted_unless_it_is_cached(
+    cache: Path, evaluations: float, libraries: int
+) -> None:
+    built: list[int] = []
+    recipes = {"unit": _recipe(3, built)}
+    for _ in range(2):
+        slope = compile_recipes(recipes, {"unit": evaluations})["unit"]["slope"]
+        np.testing.assert_allclose(np.asarray(slope([1.0, 2.0])).ravel(), [3.0, 12.0])
+    assert len(list(cache.glob("unit-*.so"))) == libraries
+    assert built == [3] * (1 if libraries else 2)
+    compile_recipes(recipes)
+    assert "External" in compile_recipes(recipes, {"unit": 1.0})["unit"]["slope"].class_name()
+
+
+def test_a_function_whose_evaluations_are_not_told_is_compiled(cache: Path) -> None:
+    compile_recipes({"seldom": _recipe(3, []), "unit": _recipe(2, [])}, {"seldom": 1.0})
+    assert [path.name.split("-")[0] for path in cache.glob("*.so")] == ["unit"]

@@ -58,7 +58,7 @@ def end_block() -> Block:
 
 @pytest.fixture(scope="module")
 def program() -> Program:
-    return assemble([pair_block(), end_block()], SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE)
+    return assemble([pair_block(), end_block()], SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE, 1e9)
 
 
 @pytest.fixture(scope="module")

@@ -92,6 +92,7 @@ def assemble(
     parameter_count: int,
     row_size: Callable[[str], float],
     cost_scale: float,
+    iterations: float,
 ) -> Program:
     """Assemble blocks into one program.
 
@@ -101,10 +102,11 @@ def assemble(
         parameter_count: number of parameters n_p.
         row_size: unit of a label -> size of one unit of the scaled row.
         cost_scale: size of one unit of the scaled objective.
+        iterations: about how often all will be evaluated: whether compiling a block pays.
     """
     x, p = ca.MX.sym("x", scale.size), ca.MX.sym("p", parameter_count)
     natural = x * ca.DM(scale)
-    compiled = _compile(blocks)
+    compiled = _compile(blocks, iterations)
     rows, costs = [], []
     for block in blocks:
         value = _mapped(compiled[block.name].value, block, natural, p)
@@ -178,7 +180,7 @@ def _nonzeros(matrix: ca.SX) -> ca.SX:
     return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
 
 
-def _compile(blocks: Sequence[Block]) -> dict[str, _Pieces]:
+def _compile(blocks: Sequence[Block], iterations: float) -> dict[str, _Pieces]:
     kinds = ("value", "gradient", "jacobian", "hessian", "places")
     recipes = {
         block.name: Recipe(
@@ -186,8 +188,8 @@ def _compile(blocks: Sequence[Block]) -> dict[str, _Pieces]:
         )
         for block in blocks
     }
-    pieces = {}
-    for name, native in compile_recipes(recipes).items():
+    pieces, evaluations = {}, {block.name: iterations * block.instances for block in blocks}
+    for name, native in compile_recipes(recipes, evaluations).items():
         *functions, places = (native[f"{name}_{kind}"] for kind in kinds)
         where = [np.asarray(part).ravel().astype(np.int64) for part in places.call([])]
         value, gradient, jacobian, hessian = functions

@@ -54,8 +54,17 @@ class GaitProgram:
     parameters: NDArray[np.float64]
 
 
-def build_program(problem: GaitProblem) -> GaitProgram:
-    """Transcribe a gait problem; compiled code comes from the cache where the structure is known."""
+EXPECTED = 100.0
+"""Iterations to a gait: real quadrupeds need 25 to 170."""
+
+
+def build_program(problem: GaitProblem, solves: int = 1) -> GaitProgram:
+    """Transcribe a gait problem; compiled code comes from the cache where the structure is known.
+
+    Args:
+        problem: the problem.
+        solves: how many problems of its structure will be solved: whether compiling pays.
+    """
     layout = build_layout(problem)
     units = layout.units
 
@@ -63,7 +72,14 @@ def build_program(problem: GaitProblem) -> GaitProgram:
         return ROW_SIZES.get(unit, 1.0) * units.size(unit)
 
     cost_scale = units.size(problem.cost.unit)
-    program = assemble(_blocks(problem, layout), layout.scale, parameter_values(problem).size, row_size, cost_scale)
+    program = assemble(
+        _blocks(problem, layout),
+        layout.scale,
+        parameter_values(problem).size,
+        row_size,
+        cost_scale,
+        EXPECTED * solves,
+    )
     lower, upper = variable_bounds(problem, layout)
     return GaitProgram(
         problem=problem,

@@ -64,7 +64,7 @@ def sweep(
     rows: tuple[str, ...] | None = None
     for problem in problems:
         began = time.perf_counter()
-        program = build_program(problem)
+        program = build_program(problem, len(problems))
         start = initial_guess(problem, program.layout) / program.layout.scale
         if rows is None:
             require_full_rank(*on_coarse_mesh(program, start * program.layout.scale))
