@@ -109,7 +109,8 @@ def _arrays(content: bytes, chance: random.Random, done: list[str]) -> bytes:
             if chance.random() < 0.05:
                 data = data.replace(b"'shape': (", b"'shape': (9999999999999,", 1)
                 done.append(f"promise {name}")
-            archive.writestr(name.encode("utf-8", "replace").decode().replace("\0", "_") + ".npy", data)
+            entry = f"{name.encode('utf-8', 'replace').decode()}.npy".replace("\0", "_")
+            archive.writestr(zipfile.ZipInfo(entry), data, archive.compression)  # which is without the time of day
     return stream.getvalue()
 
 
