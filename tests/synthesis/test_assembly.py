@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -115,3 +117,19 @@ def test_the_hessian_is_an_upper_triangle_without_repeated_places(program: Progr
     rows, columns = program.hessian.sparsity_out(0).get_triplet()
     assert all(row <= column for row, column in zip(rows, columns, strict=True))
     assert len(set(zip(rows, columns, strict=True))) == len(rows)
+
+
+def test_programs_that_differ_in_bounds_alone_share_their_functions(program: Program) -> None:
+    """Constants and places of variables make others; bounds and names do not."""
+
+    def build(**changes: object) -> Program:
+        return assemble([replace(pair_block(), **changes), end_block()], SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE)
+
+    same = build(lower=np.full((COUNT - 2, 2), -1.0), places=tuple("abcde"))
+    assert same.jacobian is program.jacobian
+    assert same.lower[0] == pytest.approx(-1.0 / ROW_SIZES["m"])
+    assert same.row_names[0] == "a sine"
+    assert build(values=2.0 * CONSTANTS).jacobian is not program.jacobian
+    assert build(columns=pair_block().columns[::-1]).jacobian is not program.jacobian
+    other = assemble([pair_block(), end_block()], 2.0 * SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE)
+    assert other.jacobian is not program.jacobian

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from amble.synthesis.assembly import assemble
+from amble.synthesis import program as program_module
 from amble.synthesis.initial_guess import initial_guess
-from amble.synthesis.program import GaitProgram, _blocks
+from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.solve import SOLVERS, Start, ipopt, ipopt_mumps
 
 
@@ -51,13 +51,15 @@ def test_unknowns_without_rows_leave_it_to_mumps(small_program: GaitProgram) -> 
     assert found.report.linear_solver == "MUMPS (rows and unknowns of a node or an interval do not pair)"
 
 
-def test_a_refusal_on_the_way_begins_again_with_mumps(small_program: GaitProgram) -> None:
+def test_a_refusal_on_the_way_begins_again_with_mumps(
+    small_program: GaitProgram, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A row stands twice: IPOPT finds the matrix singular and regularises its rows, which MUMPS takes."""
     problem, layout = small_program.problem, small_program.layout
-    blocks = _blocks(problem, layout)
+    blocks = program_module._blocks(problem, layout)
     twice = [*blocks, replace(blocks[-1], name="again")]
-    nlp = assemble(twice, layout.scale, small_program.parameters.size)
-    program = replace(small_program, program=nlp)
+    monkeypatch.setattr(program_module, "_blocks", lambda *_: twice)
+    program = build_program(problem)
     found = ipopt(program, _start(small_program), most_iterations=3)
     assert (found.report.linear_solver or "").startswith("MUMPS (")
     np.testing.assert_array_equal(found.variables, ipopt_mumps(program, _start(program), most_iterations=3).variables)

@@ -295,3 +295,40 @@ def test_limits_fit_the_pattern(
 def test_dropping_a_swing_joint_is_refused_when_the_problem_is_built(small_problem: GaitProblem) -> None:
     with pytest.raises(InputError, match="makes the decoupling matrix singular"):
         synthesize(replace(small_problem, law=DropActuator(("fl_knee",))))
+
+
+def test_the_rank_is_checked_once_for_all_problems_of_a_structure(
+    small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Problems that differ in speed share a verdict; one with other equations has its own. A failure is told anew."""
+    module = sys.modules["amble.synthesis.synthesize"]
+    asked: list[float] = []
+
+    def rank(program: GaitProgram, _: object) -> float:
+        asked.append(program.problem.speed)
+        if program.problem.speed > 0.3:
+            raise NotSolvedError("dependent", ())
+        return 1.0
+
+    def solver(*_: object, **__: object) -> Solution:
+        raise InputError("asked for")
+
+    monkeypatch.setattr(module, "require_full_rank", rank)
+    monkeypatch.setitem(SOLVERS._entries, "none", solver)
+    limits = small_problem.limits
+    held = replace(limits, touchdown_velocity=((0.0, 0.0), *limits.touchdown_velocity[1:]))
+
+    def solve(error: type[Exception], **changes: object) -> None:
+        with pytest.raises(error):
+            synthesize(replace(small_problem, **changes), solver="none")
+
+    module._require_full_rank.cache_clear()
+    try:
+        solve(NotSolvedError, speed=0.31)
+        solve(NotSolvedError, speed=0.32)
+        solve(InputError, speed=0.2)
+        solve(InputError, speed=0.21)
+        solve(InputError, speed=0.22, limits=held)
+        assert asked == [0.31, 0.32, 0.2, 0.22]
+    finally:
+        module._require_full_rank.cache_clear()

@@ -7,16 +7,19 @@ blocks' compiled code and scatters their numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field
+from functools import lru_cache
+from hashlib import sha256
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.codegen import Recipe, compile_recipes
+from amble.codegen import compiler
+from amble.codegen.cache import content_key, function_key
 from amble.synthesis.block import Block, Index
+from amble.synthesis.block_functions import BlockFunctions, compile_blocks, value_function
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,18 +77,6 @@ class Program:
         return np.maximum(np.maximum(self.lower - values, values - self.upper), 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Pieces:
-    """Compiled functions of a block and the places (rows, columns) of its derivatives' nonzeros."""
-
-    value: ca.Function
-    gradient: ca.Function
-    jacobian: ca.Function
-    hessian: ca.Function
-    jacobian_places: tuple[Index, Index]
-    hessian_places: tuple[Index, Index]
-
-
 def assemble(
     blocks: Sequence[Block],
     scale: NDArray[np.float64],
@@ -104,17 +95,83 @@ def assemble(
         cost_scale: size of one unit of the scaled objective.
         iterations: about how often all will be evaluated: whether compiling a block pays.
     """
-    x, p = ca.MX.sym("x", scale.size), ca.MX.sym("p", parameter_count)
+    units = np.array([label.unit for b in blocks for _ in b.places for label in b.labels])
+    known = {unit: row_size(unit) for unit in set(units.tolist())}
+    row_scale = np.array([known[unit] for unit in units.tolist()])
+    sizes = _Sizes(scale=scale, row_scale=row_scale, cost_scale=cost_scale, parameter_count=parameter_count)
+    seeds = {block.name: value_function(block) for block in blocks}
+    recipe = _Recipe(_key(blocks, seeds, sizes), iterations, tuple(blocks), seeds, sizes)
+    functions = _functions(recipe)
+    return Program(
+        nlp=functions.nlp,
+        gradient=functions.gradient,
+        jacobian=functions.jacobian,
+        hessian=functions.hessian,
+        row_names=tuple(
+            f"{place} {label.name}" for block in blocks for place in block.places for label in block.labels
+        ),
+        row_kinds=np.array([label.kind for b in blocks for _ in b.places for label in b.labels]),
+        row_instances=np.concatenate([np.repeat(np.arange(b.instances), len(b.labels)) for b in blocks]),
+        row_units=units,
+        row_scale=row_scale,
+        cost_scale=cost_scale,
+        lower=np.concatenate([block.lower.ravel() for block in blocks]) / row_scale,
+        upper=np.concatenate([block.upper.ravel() for block in blocks]) / row_scale,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Sizes:
+    """Scales of variables, rows and cost, and the number of parameters."""
+
+    scale: NDArray[np.float64]
+    row_scale: NDArray[np.float64]
+    cost_scale: float
+    parameter_count: int
+
+
+@dataclass(frozen=True)
+class _Recipe:
+    """What the functions of a program are made from; recipes with the same key and as many iterations are equal."""
+
+    key: str
+    iterations: float
+    blocks: tuple[Block, ...] = field(compare=False)
+    seeds: dict[str, ca.Function] = field(compare=False)
+    sizes: _Sizes = field(compare=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Functions:
+    """The four functions of a program."""
+
+    nlp: ca.Function
+    gradient: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+
+
+def _key(blocks: Sequence[Block], seeds: dict[str, ca.Function], sizes: _Sizes) -> str:
+    """Content hash of everything that the functions follow from; bounds and names are no part of it."""
+    arrays = [sizes.scale, sizes.row_scale, np.array([sizes.cost_scale, sizes.parameter_count])]
+    arrays += [array for block in blocks for array in (block.columns, block.values)]
+    texts = [f"{array.shape} {sha256(array.tobytes()).hexdigest()}" for array in arrays]
+    return content_key([repr(compiler()), *texts, *map(function_key, seeds.values())])
+
+
+@lru_cache(maxsize=16)
+def _functions(recipe: _Recipe) -> _Functions:
+    """Build the functions of a program, once for all programs that differ in bounds and parameters alone."""
+    blocks, sizes = recipe.blocks, recipe.sizes
+    scale, row_scale, cost_scale = sizes.scale, sizes.row_scale, sizes.cost_scale
+    x, p = ca.MX.sym("x", scale.size), ca.MX.sym("p", sizes.parameter_count)
     natural = x * ca.DM(scale)
-    compiled = _compile(blocks, iterations)
+    compiled = compile_blocks(blocks, recipe.seeds, recipe.iterations)
     rows, costs = [], []
     for block in blocks:
         value = _mapped(compiled[block.name].value, block, natural, p)
         rows.append(ca.vec(value[0]))
         costs.append(ca.sum2(value[1]))
-    units = np.array([label.unit for b in blocks for _ in b.places for label in b.labels])
-    known = {unit: row_size(unit) for unit in set(units.tolist())}
-    row_scale = np.array([known[unit] for unit in units.tolist()])
     g, f = ca.vertcat(*rows) / ca.DM(row_scale), sum(costs) / cost_scale
     slopes = [_mapped(compiled[b.name].gradient, b, natural, p)[0] for b in blocks]
     gradient = _scatter(ca.vertcat(*[ca.vec(s) for s in slopes]), _gradient_places(blocks), scale / cost_scale)
@@ -130,78 +187,14 @@ def assemble(
         curvature.append(_mapped(compiled[block.name].hessian, block, natural, p, multipliers, natural_f)[0])
         offset += count
     hessian = _scatter_symmetric(ca.vertcat(*[ca.vec(c) for c in curvature]), _hessian_places(blocks, compiled), scale)
-    return Program(
+    return _Functions(
         nlp=ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
         gradient=ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
         jacobian=ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
         hessian=ca.Function(
             "nlp_hess_l", [x, p, lam_f, lam_g], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
         ),
-        row_names=tuple(
-            f"{place} {label.name}" for block in blocks for place in block.places for label in block.labels
-        ),
-        row_kinds=np.array([label.kind for b in blocks for _ in b.places for label in b.labels]),
-        row_instances=np.concatenate([np.repeat(np.arange(b.instances), len(b.labels)) for b in blocks]),
-        row_units=units,
-        row_scale=row_scale,
-        cost_scale=cost_scale,
-        lower=np.concatenate([block.lower.ravel() for block in blocks]) / row_scale,
-        upper=np.concatenate([block.upper.ravel() for block in blocks]) / row_scale,
     )
-
-
-RULE = "block-1"
-"""Changes whenever ``_derive`` would give other functions for the same block."""
-
-
-def _derive(block: Block) -> list[ca.Function]:
-    """Differentiate a block: value, gradient of the cost, nonzeros of the Jacobian and of the Lagrangian's Hessian."""
-    w, c, p = block.variables, block.constants, block.parameters
-    multipliers, weight = ca.SX.sym("lam", block.rows.shape[0]), ca.SX.sym("sigma")
-    lagrangian = weight * block.cost + ca.dot(multipliers, block.rows)
-    jacobian = ca.jacobian(block.rows, w)
-    hessian = ca.triu(ca.hessian(lagrangian, w)[0])
-    places = [ca.DM(part) for matrix in (jacobian, hessian) for part in matrix.sparsity().get_triplet()]
-    return [
-        _value(block),
-        ca.Function(f"{block.name}_gradient", [w, c, p], [ca.densify(ca.gradient(block.cost, w))]),
-        ca.Function(f"{block.name}_jacobian", [w, c, p], [_nonzeros(jacobian)]),
-        ca.Function(f"{block.name}_hessian", [w, c, p, multipliers, weight], [_nonzeros(hessian)]),
-        ca.Function(f"{block.name}_places", [], [ca.SX(part) for part in places]),
-    ]
-
-
-def _value(block: Block) -> ca.Function:
-    arguments = [block.variables, block.constants, block.parameters]
-    return ca.Function(f"{block.name}_value", arguments, [ca.densify(block.rows), ca.densify(block.cost)])
-
-
-def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
-
-
-def _compile(blocks: Sequence[Block], iterations: float) -> dict[str, _Pieces]:
-    kinds = ("value", "gradient", "jacobian", "hessian", "places")
-    recipes = {
-        block.name: Recipe(
-            (_value(block),), RULE, tuple(f"{block.name}_{kind}" for kind in kinds), partial(_derive, block)
-        )
-        for block in blocks
-    }
-    pieces, evaluations = {}, {block.name: iterations * block.instances for block in blocks}
-    for name, native in compile_recipes(recipes, evaluations).items():
-        *functions, places = (native[f"{name}_{kind}"] for kind in kinds)
-        where = [np.asarray(part).ravel().astype(np.int64) for part in places.call([])]
-        value, gradient, jacobian, hessian = functions
-        pieces[name] = _Pieces(
-            value=value,
-            gradient=gradient,
-            jacobian=jacobian,
-            hessian=hessian,
-            jacobian_places=(where[0], where[1]),
-            hessian_places=(where[2], where[3]),
-        )
-    return pieces
 
 
 def _mapped(function: ca.Function, block: Block, natural: ca.MX, p: ca.MX, *more: ca.MX) -> list[ca.MX]:
@@ -219,7 +212,7 @@ def _gradient_places(blocks: Sequence[Block]) -> Index:
     return np.concatenate([block.columns.ravel() for block in blocks])
 
 
-def _jacobian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tuple[Index, Index]:
+def _jacobian_places(blocks: Sequence[Block], pieces: dict[str, BlockFunctions]) -> tuple[Index, Index]:
     rows, columns, offset = [], [], 0
     for block in blocks:
         local_row, local_column = pieces[block.name].jacobian_places
@@ -230,7 +223,7 @@ def _jacobian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tup
     return np.concatenate(rows), np.concatenate(columns)
 
 
-def _hessian_places(blocks: Sequence[Block], pieces: dict[str, _Pieces]) -> tuple[Index, Index]:
+def _hessian_places(blocks: Sequence[Block], pieces: dict[str, BlockFunctions]) -> tuple[Index, Index]:
     first, second = [], []
     for block in blocks:
         a, b = pieces[block.name].hessian_places

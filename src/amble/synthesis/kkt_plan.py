@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,18 +17,24 @@ from numpy.typing import NDArray
 from amble.synthesis.elimination import FREE, DomainElimination, Pattern, eliminations, jacobian_pattern
 from amble.synthesis.kkt_places import Places
 from amble.synthesis.kkt_structures import INTEGERS, DomainPlan, KeptPlan, Plan
-from amble.synthesis.program import GaitProgram
+from amble.synthesis.program import GaitProgram, Structure
 
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
 def build_plan(program: GaitProgram) -> KeptPlan:
-    """Return the plan of a program.
+    """Return the plan of a program, built once for all of its structure.
 
     Raises:
         NotSquareError: rows and unknowns of a node or an interval do not pair.
     """
+    return _plan(Structure.of(program))
+
+
+@lru_cache(maxsize=16)
+def _plan(structure: Structure) -> KeptPlan:
+    program = structure.program
     pattern = jacobian_pattern(program)
     domains = eliminations(program, pattern)
     return _Builder(program, pattern, domains).build()

@@ -124,8 +124,9 @@ class _Counter:
         """Number variables of a kind, one a unit."""
         start = len(self.scales)
         for unit in units:
-            size = self._sizes.setdefault(unit, self._units.size(unit))
-            self.scales.append(SCALES[kind] * size)
+            if unit not in self._sizes:
+                self._sizes[unit] = self._units.size(unit)
+            self.scales.append(SCALES[kind] * self._sizes[unit])
         return np.arange(start, len(self.scales))
 
 

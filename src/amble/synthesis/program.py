@@ -5,8 +5,9 @@ The rank of its equality rows is checked before a solver starts: dependent rows 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,6 +53,35 @@ class GaitProgram:
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
     parameters: NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Structure:
+    """What programs have in common that differ in parameters and in values of bounds; structures compare by it.
+
+    Attributes:
+        jacobian: the program's function.
+        hessian: the same.
+        marks: which rows are equations, their kinds, and which variables are fixed.
+        program: one of these programs.
+    """
+
+    jacobian: ca.Function
+    hessian: ca.Function
+    marks: bytes
+    program: GaitProgram = field(compare=False)
+
+    @classmethod
+    def of(cls, program: GaitProgram) -> Structure:
+        """Return the structure of a program."""
+        nlp = program.program
+        marks = (nlp.equalities, nlp.row_kinds, program.lower == program.upper)
+        return cls(
+            jacobian=nlp.jacobian,
+            hessian=nlp.hessian,
+            marks=b" ".join(array.tobytes() for array in marks),
+            program=program,
+        )
 
 
 EXPECTED = 100.0

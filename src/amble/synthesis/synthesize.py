@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,9 +15,10 @@ from amble.robot.kinematics import foot_position
 from amble.robot.plausibility import doubts
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.program import GaitProgram, build_program, on_coarse_mesh, require_full_rank
+from amble.synthesis.program import GaitProgram, Structure, build_program, on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import SOLVERS, Solution, Start, solve_near
+from amble.types import Vector
 
 logger = logging.getLogger("amble")
 
@@ -116,7 +119,7 @@ def synthesize(
     program = build_program(problem)
     layout = program.layout
     natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
-    require_full_rank(*on_coarse_mesh(program, natural))
+    _require_full_rank(Structure.of(program), _Point(natural))
     multipliers = None if start is None else _fitting(start.multipliers, program)
     begin = Start(natural / layout.scale, multipliers)
     solution = solve_near(run, program, begin, begin, tolerance, most_iterations, progress)
@@ -124,6 +127,19 @@ def synthesize(
     if not solution.solved:
         raise GaitNotSolvedError(solution, gait)
     return gait
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Unscaled variables, (n_x,); all compare equal, since rows that depend on each other do so everywhere."""
+
+    variables: Vector = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _require_full_rank(structure: Structure, point: _Point) -> None:
+    """Check once for all programs of a structure; a failure is no verdict that is kept."""
+    require_full_rank(*on_coarse_mesh(structure.program, point.variables))
 
 
 def _fitting(multipliers: LagrangeMultipliers | None, program: GaitProgram) -> LagrangeMultipliers | None:
