@@ -99,6 +99,7 @@ def test_every_row_has_a_kind_of_its_own_sort(small_program: GaitProgram) -> Non
         RowKind.TOUCHDOWN: 2 * 4,
         RowKind.PERIOD: 1,
         RowKind.LANDING_ORDER: 0,  # one foot lands at a switch
+        RowKind.LANDING_FORCE: 0,
     }
     found = {kind: int(np.sum(program.row_kinds == kind)) for kind in RowKind}
     assert found == counts
