@@ -37,10 +37,16 @@ def _by_state() -> GaitProblem:
     return replace(problem, outputs=replace(problem.outputs, phase=ConfigurationPhase({"D1": {"x": 1.0, "roll": 0.5}})))
 
 
+def _one_by_one() -> GaitProblem:
+    problem = _problem("trot")
+    return replace(problem, pattern=replace(problem.pattern, landing_rule="one by one"))
+
+
 PROBLEMS: dict[str, Callable[[], GaitProblem]] = {
     "trot, half a cycle of one domain": lambda: _problem("trot"),
     "phase of the configuration": _by_state,
     "flight on a slope": lambda: _problem("running trot", slope=0.1),
+    "feet that land one by one": _one_by_one,
     "two feet": lambda: _problem("run", speed=0.5),
     "six feet": lambda: _problem("tripod"),
     "turning": lambda: _problem("trot", yaw_rate=0.3),
