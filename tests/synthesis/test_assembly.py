@@ -123,7 +123,8 @@ def test_programs_that_differ_in_bounds_alone_share_their_functions(program: Pro
     """Constants and places of variables make others; bounds and names do not."""
 
     def build(**changes: object) -> Program:
-        return assemble([replace(pair_block(), **changes), end_block()], SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE)
+        blocks = [replace(pair_block(), **changes), end_block()]
+        return assemble(blocks, SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE, 1e9)
 
     same = build(lower=np.full((COUNT - 2, 2), -1.0), places=tuple("abcde"))
     assert same.jacobian is program.jacobian
@@ -131,5 +132,5 @@ def test_programs_that_differ_in_bounds_alone_share_their_functions(program: Pro
     assert same.row_names[0] == "a sine"
     assert build(values=2.0 * CONSTANTS).jacobian is not program.jacobian
     assert build(columns=pair_block().columns[::-1]).jacobian is not program.jacobian
-    other = assemble([pair_block(), end_block()], 2.0 * SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE)
+    other = assemble([pair_block(), end_block()], 2.0 * SCALE, 2, ROW_SIZES.__getitem__, COST_SCALE, 1e9)
     assert other.jacobian is not program.jacobian
