@@ -83,3 +83,14 @@ def test_states_of_very_different_size_are_verified() -> None:
     found = common_bound(matrices)
     assert found.verified
     assert found.rate < 0.702
+
+
+@pytest.mark.parametrize(("size", "step"), [(6, 1e3), (12, 1e4), (20, 1e6)])
+def test_maps_that_magnify_long_before_they_shrink_have_a_verified_bound(size: int, step: float) -> None:
+    """Jordan blocks with large steps: of the metrics that see their radius none can be factored."""
+    turn = np.linalg.qr(np.random.default_rng(size).normal(size=(size, size)))[0]
+    chain = np.diag(np.full(size - 1, step), 1)
+    maps = [turn @ (chain + share * np.eye(size)) @ turn.T for share in (0.5, -0.3)]
+    found = common_bound(maps)
+    assert found.verified
+    assert 0.5 < found.rate <= 1.01 * max(np.linalg.norm(matrix, 2) for matrix in maps)

@@ -12,7 +12,7 @@ whose W already gives r <= sqrt(m) s. What is found is verified by Cholesky fact
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,9 @@ ABOVE_RADIUS = 0.02
 """Distance of s above the mean-square radius in (1), relative."""
 
 TERMS, SETTLED = 1000, 1e-6
+
+WIDEST = 1e15
+"""Condition of a metric, at most: beyond it Cholesky factors lose their digits."""
 
 SMALLEST = 1e-3
 """No smaller rate is looked for: where all long products vanish there is none, and the metrics grow without bound."""
@@ -69,8 +72,28 @@ def common_bound(matrices: Sequence[Matrix]) -> CommonBound:
         return _judged(maps, 0.5, np.eye(len(maps[0])), np.ones(len(maps[0])))  # any rate will do
     scales = _balancing(maps)
     balanced = [matrix * scales / scales[:, None] for matrix in maps]
-    root = _descended(balanced, _root(_mean_square(balanced)))
-    metric = np.asarray(root.T @ root)
+    for metric in _metrics(balanced):
+        found = _bounded(balanced, metric, scales)
+        if found.verified:
+            break
+    return found
+
+
+def _metrics(balanced: Sequence[Matrix]) -> Iterator[Matrix]:
+    """Metrics with Cholesky factors, best first; the last is 1, in which the rate is the largest norm."""
+    for start in (_mean_square(balanced), np.eye(len(balanced[0]))):
+        try:
+            root = _descended(balanced, _root(start))
+            metric = np.asarray(root.T @ root)
+            _root(metric)
+        except np.linalg.LinAlgError:
+            continue
+        yield metric
+    yield np.eye(len(balanced[0]))
+
+
+def _bounded(balanced: Sequence[Matrix], metric: Matrix, scales: Vector) -> CommonBound:
+    """Return the least rate of a metric at which rounding leaves it verified; one that is not, where none is."""
     root = _root(metric)
     rate = max(float(np.linalg.norm(_seen(root, matrix), 2)) for matrix in balanced)
     for above in ABOVE:
@@ -124,6 +147,8 @@ def _mean_square(maps: Sequence[Matrix]) -> Matrix:
     for _ in range(TERMS):
         term = carried(term) / square
         metric = metric + term
+        if not np.trace(metric) < WIDEST:  # maps that magnify long before they shrink: no start
+            return np.eye(len(direction))
         if np.trace(term) <= SETTLED * np.trace(metric):
             break
     return metric / np.trace(metric)
