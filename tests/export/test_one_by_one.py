@@ -139,6 +139,22 @@ def test_the_exported_walk_is_that_of_the_closed_loop(gait: Gait, seed: int) -> 
         assert np.max(np.abs(native.signals[name] - values)) <= 1e-5 * np.max(np.abs(values)), name
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("control", [None, Impedance()], ids=["linearisation", "impedance"])
+def test_every_domain_has_the_torques_of_the_closed_loop(gait: Gait, control: Impedance | None) -> None:
+    """Under any control law: at states near the gait, the rates of all six domains."""
+    under = replace(gait, control=control)
+    model, native = closed_loop(under), exported_loop(under)
+    draw = np.random.default_rng(3)
+    assert len(model.domains) == len(native.domains) == 6
+    for domain in model.domains:
+        state = start_state(gait) + draw.normal(0.0, 1e-2, 2 * gait.robot.size)
+        for clock in (0.0, 0.1):
+            fields = (native.domain(domain.name).field, domain.field)
+            rates = [numeric(field(clock, state, domain.parameters)) for field in fields]
+            np.testing.assert_allclose(rates[0], rates[1], atol=1e-9 * np.abs(rates[1]).max())
+
+
 def test_the_impedance_controller_refuses_the_rule(gait: Gait, tmp_path: Path) -> None:
     under = replace(gait, control=Impedance())
     with pytest.raises(InputError, match="needs the whole state between two landings"):
