@@ -48,6 +48,7 @@ def kkt_system(
     shift: float = 0.0,
     regularised: float = 0.0,
     curvature: float = 1.0,
+    active: int = 0,
 ) -> KktSystem:
     """Return the system of a barrier problem with random multipliers.
 
@@ -59,6 +60,8 @@ def kkt_system(
         shift: added to the diagonal of variables and slacks.
         regularised: subtracted from the diagonal of the rows.
         curvature: factor of the Hessian.
+        active: how many entries each of Sigma of variables and of slacks are 1e16, as those of active bounds are at the
+            end of a solve.
     """
     nlp, parameters = program.program, program.parameters
     equal = nlp.equalities
@@ -77,6 +80,7 @@ def kkt_system(
 
     def sigma(where: np.ndarray) -> np.ndarray:
         drawn = barrier ** rng.uniform(-1.0, 1.0, where.size)
+        drawn[rng.choice(np.flatnonzero(where), active, replace=False)] = 1e16
         return np.where(where, drawn, 0.0) + shift
 
     parts = [

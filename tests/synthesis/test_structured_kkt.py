@@ -105,7 +105,7 @@ def _negative(matrix: np.ndarray) -> int:
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize(
     "how",
-    [{}, {"barrier": 1e-3, "shift": 1.0}, {"barrier": 1e-6}, {"barrier": 1e-11}, {"shift": 1e7}],
+    [{}, {"barrier": 1e-3, "shift": 1.0}, {"barrier": 1e-6}, {"barrier": 0.01, "active": 10}, {"shift": 1e7}],
     ids=["curved", "shifted", "active bounds", "late", "much regularised"],
 )
 def test_inertia_and_solution_are_those_of_the_whole_matrix(name: str, how: dict[str, float]) -> None:

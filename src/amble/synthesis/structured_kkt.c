@@ -892,7 +892,10 @@ static void solve_once(Solver *solver, Instance *I, const double *a, const doubl
     }
     for (int k = 0; k < I->stiffs; k++) {
         int d = -1 - I->stiff[k];
-        if (d < 0) continue;
+        if (d < 0) { /* sigma x is z to the last digit, however small x is */
+            x[I->stiff[k]] = end[nk + k] / I->diagonal[I->stiff[k]];
+            continue;
+        }
         out[nx + ni + nc + d] = end[nk + k];
         out[nx + d] = (end[nk + k] + rs[d]) / I->weight[d];
     }
