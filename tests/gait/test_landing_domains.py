@@ -27,9 +27,11 @@ from amble.stability.landing_orders import orders_of
 from amble.stability.monodromy import prepare_variational
 from amble.stability.weight_search import WeightSearch
 from amble.synthesis import gait_problem
-from amble.synthesis.landing_rows import RELEASE, landing_force_rows, landing_rows
+from amble.synthesis.landing_rows import RELEASE, landing_blocks
 from amble.synthesis.layout import build_layout
 from amble.synthesis.link_blocks import switch_block
+from amble.synthesis.node_block import parameter_values
+from amble.synthesis.result import from_gait
 from amble.types import Matrix, Vector
 from amble.verification.check import check
 
@@ -213,42 +215,58 @@ def test_a_trot_of_the_gait_problem_with_the_rule_can_land_in_every_order() -> N
     assert all(row.passed for row in forces)
 
 
-def test_the_rows_of_the_gait_problem_are_those_of_the_check(trot: Gait) -> None:
-    problem = gait_problem(trot.robot, trot.pattern, speed=0.2, intervals=2)
+@pytest.fixture(scope="module")
+def landing_values(trot: Gait) -> dict[str, float]:
+    """Rows of the gait problem at the recorded motion, by kind and name; those between landings filled from it."""
+    problem = replace(gait_problem(trot.robot, trot.pattern, speed=0.2, intervals=8), outputs=trot.outputs)
     layout = build_layout(problem)
-    block = switch_block(problem, layout, 0)
-    last = trot.domains[0]
-    q, v = (ca.DM(values[-1]) for values in (last.positions, last.velocities))
-    group = landing_rows(problem, trot.pattern.switches[0], q, v)
-    assert {label.name for label in group.labels} <= {label.name for label in block.labels}
-    found = sorted(float(ca.DM(row)) for row in group.rows)
+    natural, found = from_gait(problem, trot, layout), {}
+    for block in (switch_block(problem, layout, 0), *landing_blocks(problem, layout, 0)):
+        rows = ca.Function("rows", [block.variables, block.constants, block.parameters], [block.rows])
+        values = np.asarray(rows(natural[block.columns[0]], [], parameter_values(problem))).ravel()
+        assert values.size == len(block.labels) == block.lower.size == block.upper.size
+        names = [f"{label.kind}: {label.name}" for label in block.labels]
+        found |= dict(zip(names, map(float, values), strict=True))
+    return found
+
+
+def test_the_rows_of_the_gait_problem_are_those_of_the_check(trot: Gait, landing_values: dict[str, float]) -> None:
+    found = sorted(value for name, value in landing_values.items() if name.startswith("landing order"))
     checked = [row for row in check(trot, grid=1).rows if row.kind == "landing order"]
     flipped = [-row.value if row.upper == 0.0 else row.value for row in checked]
     np.testing.assert_allclose(found, sorted(flipped), atol=1e-6)
-    assert len(group.lower) == len(group.upper) == len(group.rows)
 
 
-def test_the_forces_between_landings_are_those_of_the_check_and_of_the_closed_loop(trot: Gait) -> None:
-    """Three code paths: rows of the gait problem, a dense system, the signals of the domain between two landings."""
-    problem = gait_problem(trot.robot, trot.pattern, speed=0.2, intervals=2)
-    switch, mirror = trot.pattern.switches[0], trot.robot.mirror
-    last, first = (trot.domains[0].positions[-1], trot.domains[0].velocities[-1]), trot.domains[0].torques[0]
-    group = landing_force_rows(problem, switch, last, ca.DM(mirror.torque(first)), ca.SX(0.6))
-    pushes = [float(ca.DM(group.rows[i])) for i in (0, 2)]
+def test_the_variables_between_landings_follow_from_the_others(landing_values: dict[str, float]) -> None:
+    """They are filled by elimination; the rows are inverse dynamics."""
+    for name, value in landing_values.items():
+        if name.startswith(("impact: after", "landing force: after")) and ("dynamics" in name or "impact " in name):
+            assert abs(value) < 1e-8, name
+    assert sum("dynamics" in name for name in landing_values) == 2 * (15 + 3)
+
+
+def test_the_forces_between_landings_are_those_of_the_check_and_of_the_closed_loop(
+    trot: Gait, landing_values: dict[str, float]
+) -> None:
+    """Three code paths: variables of the gait problem, a dense system, signals of the domain between two landings."""
+    last = np.concatenate([trot.domains[0].positions[-1], trot.domains[0].velocities[-1]])
     checked = {row.name: row for row in check(trot, grid=1).rows if row.kind == "landing force"}
     system = closed_loop(trot)
-    for foot, push in zip(("rl", "fr"), pushes, strict=True):
-        where = f"D1->D2 with {foot} landed"
+    for foot in ("rl", "fr"):
+        where, push = f"D1->D2 with {foot} landed", landing_values[f"landing force: after {foot}: normal force {foot}"]
         assert checked[f"{where}, normal force {foot}"].value == pytest.approx(push, rel=1e-9)
         lands = next(t for t in system.leaving("D1") if t.target == f"D2 {foot}")
         domain = system.domain(lands.target)
-        entry = numeric(lands.reset(0.0, np.concatenate(last), system.domain("D1").parameters))
+        entry = numeric(lands.reset(0.0, last, system.domain("D1").parameters))
         signals = domain.signals(0.0, entry, domain.parameters)
         force = numeric(signals[domain.signals.name_out().index("force")]).reshape(-1, 3)
         x, y, z = force[trot.robot.foot_names.index(foot)]
         # the recorded motion meets its own references and periodicity to the solver's 1e-6
         assert z == pytest.approx(push, rel=1e-4)
         assert checked[f"{where}, friction {foot}"].value == pytest.approx(np.hypot(x, y) / z, rel=1e-4)
+        inner = [value for name, value in landing_values.items() if f"after {foot}: friction {foot}" in name]
+        # pyramid inside the cone, with the margin
+        assert min(inner) == pytest.approx(0.99 * 0.6 / np.sqrt(2.0) * z - max(abs(x), abs(y)), rel=1e-3)
 
 
 def test_the_rule_is_part_of_the_file(trot: Gait) -> None:

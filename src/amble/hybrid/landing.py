@@ -78,6 +78,12 @@ def steps(switch: Switch, rule: str, feet: Sequence[str]) -> tuple[Switch, ...]:
     return tuple(found)
 
 
+def landed_stances(switch: Switch, rule: str, feet: Sequence[str]) -> tuple[Stance, ...]:
+    """Return the stances behind every landing of every order, the next stance last; none where feet land at once."""
+    chain = steps(switch, rule, feet)
+    return tuple(dict.fromkeys(step.target for step in chain)) if len(chain) > 1 else ()
+
+
 def check_rule(rule: str) -> None:
     """Raise UnknownNameError for a rule that does not exist."""
     if rule not in LANDING_RULES:

@@ -20,6 +20,7 @@ from amble.hybrid import Contacts, impact
 from amble.robot import dynamics
 from amble.synthesis.base_trajectory import BASE
 from amble.synthesis.initial_guess import phase_curves
+from amble.synthesis.landing_rows import fill_landings
 from amble.synthesis.layout import DomainLayout
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import build_program
@@ -53,6 +54,7 @@ def imported_gait(problem: GaitProblem, motion: RecordedMotion, coordinates: Seq
     for domain, samples in zip(layout.domains, recorded, strict=True):
         _fill(problem, domain, x, _arranged(samples, order, signs, motion.source))
     x[layout.period] = sum(x[domain.duration] for domain in layout.domains)
+    fill_landings(problem, layout, x)
     solution = finished(
         program,
         x / layout.scale,

@@ -19,6 +19,7 @@ from amble.numerics.bezier import evaluate, fit
 from amble.robot import Robot, dynamics, kinematics
 from amble.robot.natural_units import RobotUnits
 from amble.synthesis.base_trajectory import BASE, LevelWalk, base_trajectory
+from amble.synthesis.landing_rows import fill_landings
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.node_block import domain_phase, output_indices
 from amble.synthesis.problem import GaitProblem
@@ -138,6 +139,7 @@ def initial_guess(problem: GaitProblem, layout: Layout) -> Vector:
         motion = inverse_kinematics(robot, base + shift, pose[BASE:], path)
         _fill(problem, domain, guess, walk.duration, motion, force)
     guess[layout.period] = sum(walk.duration for walk in walks)
+    fill_landings(problem, layout, guess)
     return guess
 
 

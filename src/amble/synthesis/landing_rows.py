@@ -1,107 +1,213 @@
-"""Rows of feet that land one by one: every order of landing is possible, and the feet that stand meanwhile hold."""
+"""Rows of feet that land one by one: every order of landing is possible, and the feet that stand meanwhile hold.
+
+On the gait all feet of a switch land at once, so the stances between two landings last no time. What they need are the
+rates behind the impact on their feet, and there the accelerations and forces of docs/theory/hybrid-model.md, eq. 22.
+Both are variables: eliminated, the second derivatives of these few rows were fifty times those of all others of a
+switch.
+"""
 
 from __future__ import annotations
 
 import casadi as ca
 import numpy as np
 
-from amble.control.landing import landing_motion
-from amble.hybrid import Stance, Switch, impact
+from amble.control.landing import landing_motion, stopping
+from amble.hybrid import Contacts, Stance, Switch
+from amble.hybrid.constrained_dynamics import selection
 from amble.hybrid.ground import into_frame
-from amble.hybrid.landing import steps
-from amble.robot import kinematics
+from amble.io.quantities import load_units
+from amble.names import identifier
+from amble.robot import dynamics, kinematics
 from amble.robot.natural_units import velocity_unit
-from amble.synthesis.block import Label
-from amble.synthesis.layout import MARGIN
+from amble.synthesis.block import Block, Label
+from amble.synthesis.layout import MARGIN, LandingLayout, Layout
+from amble.synthesis.node_block import ProgramParameters
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowGroup, RowKind
+from amble.types import Vector
 
 RELEASE = 0.001
 """Least speed of a released foot away from the ground, as a share of sqrt(g l): from a start beside the orbit a slower
 one would touch the ground at once."""
 
 
-def lands_in_turn(problem: GaitProblem, switch: Switch) -> bool:
-    """Whether the feet of a switch land one by one."""
-    return len(_landed(problem, switch)) > 0
+def order_rows(problem: GaitProblem, switch: Switch, stance: Stance, q: ca.SX, v: ca.SX, impulse: ca.SX) -> RowGroup:
+    """Return rows that say that a landing is possible.
 
-
-def _landed(problem: GaitProblem, switch: Switch) -> tuple[Stance, ...]:
-    """The stances behind every landing of every order, the next stance last; none where feet land at once."""
-    pattern = problem.pattern
-    chain = steps(switch, pattern.landing_rule, pattern.robot.foot_names)
-    return tuple(dict.fromkeys(step.target for step in chain)) if len(chain) > 1 else ()
-
-
-def landing_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX) -> RowGroup:
-    """Return rows that are not negative; none where feet do not land one by one.
-
-    After every impact of every order the feet on the ground have pushed, those that were released go up, and those that
-    have still to land go on down.
+    Behind the impact the feet on the ground have pushed, those that were released go up, and those that have still to
+    land go on down.
 
     Args:
         problem: the gait problem.
-        switch: at which several feet land.
+        switch: at which several feet land one by one.
+        stance: the feet on the ground behind a landing.
         q: coordinates there, (n_q,).
-        v: their rates before any impact, (n_q,).
+        v: their rates behind the impact on these feet, (n_q,).
+        impulse: of that impact, (n_f,).
     """
-    pattern = problem.pattern
+    contacts = problem.pattern.contacts(stance)
+    where = _behind(switch, stance)
     rows: list[ca.SX] = []
     labels: list[Label] = []
     lower: list[float] = []
-    for stance in _landed(problem, switch):
-        contacts = pattern.contacts(stance)
-        after, impulse = impact(contacts, q, v)
-        pushes = contacts.local(impulse, contacts.points(q))
-        where = "after " + ", ".join(foot for foot in stance.feet if foot in switch.landing)
-        for foot, push in zip(stance.feet, pushes, strict=True):
-            rows.append(contacts.contact.normal_force(push))
-            labels += RowKind.LANDING_ORDER.labels([f"{where}: impulse {foot}"], "N s")
-            lower.append(0.0)
-        for foot in (*switch.lifting, *(foot for foot in switch.landing if foot not in stance.feet)):
-            up = _upwards(problem, foot, q, after)
-            rows.append(up if foot in switch.lifting else -up)
-            way = "up" if foot in switch.lifting else "down"
-            labels += RowKind.LANDING_ORDER.labels([f"{where}: velocity {way} {foot}"], "m/s")
-            lower.append(RELEASE * velocity_unit(pattern.robot))
+    for foot, push in zip(stance.feet, contacts.local(impulse, contacts.points(q)), strict=True):
+        rows.append(contacts.contact.normal_force(push))
+        labels += RowKind.LANDING_ORDER.labels([f"{where}: impulse {foot}"], "N s")
+        lower.append(0.0)
+    for foot in (*switch.lifting, *_late(switch, stance)):
+        up = _upwards(problem, foot, q, v)
+        rows.append(up if foot in switch.lifting else -up)
+        way = "up" if foot in switch.lifting else "down"
+        labels += RowKind.LANDING_ORDER.labels([f"{where}: velocity {way} {foot}"], "m/s")
+        lower.append(RELEASE * velocity_unit(problem.pattern.robot))
     return RowGroup(rows=rows, labels=labels, lower=lower, upper=[np.inf] * len(rows))
+
+
+def landing_blocks(problem: GaitProblem, layout: Layout, number: int) -> list[Block]:
+    """Build the rows of every stance between the landings of the switch that ends a domain.
+
+    The torques are those of the next domain's first node, mirrored where half a cycle is solved.
+    """
+    pattern, domain = problem.pattern, layout.domains[number]
+    last = number == len(layout.domains) - 1
+    following = layout.domains[0 if last else number + 1]
+    blocks = []
+    for landing in domain.landings:
+        parameters, symbols = ProgramParameters.symbols(), _LandingSymbols.of(problem, landing)
+        u = pattern.robot.mirror.torque(symbols.torques) if last and pattern.mirrored else symbols.torques
+        groups = [
+            _impact(problem, domain.switch, landing, symbols),
+            order_rows(problem, domain.switch, landing.stance, symbols.q, symbols.after, symbols.impulse),
+            _motion(problem, domain.switch, landing, symbols, u),
+            _forces(problem, domain.switch, landing.stance, symbols, parameters.friction),
+        ]
+        columns = [domain.q[-1], domain.v[-1], landing.index, following.u[0]]
+        blocks.append(
+            Block(
+                name=f"landing_{identifier(domain.stance.name)}_{identifier(landing.stance.name)}",
+                variables=symbols.packed,
+                constants=ca.SX(0, 1),
+                parameters=parameters.packed(),
+                rows=ca.vertcat(*(row for group in groups for row in group.rows)),
+                cost=ca.SX(1, 1),
+                labels=tuple(label for group in groups for label in group.labels),
+                columns=np.concatenate(columns)[None, :],
+                values=np.zeros((1, 0)),
+                places=(domain.switch.name,),
+                lower=np.array([[bound for group in groups for bound in group.lower]]),
+                upper=np.array([[bound for group in groups for bound in group.upper]]),
+            )
+        )
+    return blocks
+
+
+class _LandingSymbols:
+    """Symbols of one stance between landings: before the impact, behind it, and the next stance's torques."""
+
+    def __init__(self, size: int, free: tuple[int, ...], forces: int, joints: int) -> None:
+        self.q, self.before, self.after = (ca.SX.sym(name, size) for name in ("q", "v_minus", "v"))
+        self.impulse, self.force = ca.SX.sym("impulse", forces), ca.SX.sym("force", forces)
+        moved, self.torques = ca.SX.sym("a", len(free)), ca.SX.sym("u", joints)
+        self.packed = ca.vertcat(self.q, self.before, self.after, self.impulse, moved, self.force, self.torques)
+        self.acceleration = ca.SX(size, 1)
+        self.acceleration[list(free)] = moved
+
+    @classmethod
+    def of(cls, problem: GaitProblem, landing: LandingLayout) -> _LandingSymbols:
+        robot = problem.pattern.robot
+        return cls(robot.size, landing.free, landing.force.size, len(robot.joints))
+
+
+def _impact(problem: GaitProblem, switch: Switch, landing: LandingLayout, at: _LandingSymbols) -> RowGroup:
+    """The plastic impact on the feet that have landed so far."""
+    robot, contacts = problem.pattern.robot, problem.pattern.contacts(landing.stance)
+    J, mass = contacts.jacobian(at.q), dynamics.mass_matrix(robot, at.q)
+    where = _behind(switch, landing.stance)
+    labels = RowKind.IMPACT.labels(
+        (f"{where}: impact {name}" for name in (*robot.coordinate_names, *contacts.labels)),
+        load_units(robot.coordinate_names, " s")
+        + contacts.contact.component_units("m/s", "rad/s") * len(contacts.feet),
+    )
+    return RowGroup.equalities([mass @ (at.after - at.before) - J.T @ at.impulse, J @ at.after], labels)
+
+
+def _motion(problem: GaitProblem, switch: Switch, landing: LandingLayout, at: _LandingSymbols, u: ca.SX) -> RowGroup:
+    """Equation 22: the free coordinates move under the torques, the feet on the ground stay."""
+    robot, contacts = problem.pattern.robot, problem.pattern.contacts(landing.stance)
+    J, free = contacts.jacobian(at.q), list(landing.free)
+    loads = dynamics.inverse_dynamics(robot, at.q, at.after, at.acceleration) - selection(robot) @ u - J.T @ at.force
+    names = [robot.coordinate_names[k] for k in free]
+    where = _behind(switch, landing.stance)
+    labels = RowKind.LANDING_FORCE.labels(
+        (f"{where}: dynamics {name}" for name in (*names, *contacts.labels)),
+        load_units(names) + contacts.contact.component_units("m/s^2", "rad/s^2") * len(contacts.feet),
+    )
+    return RowGroup.equalities([loads[free], J @ at.acceleration + contacts.bias(at.q, at.after)], labels)
+
+
+def _forces(problem: GaitProblem, switch: Switch, stance: Stance, at: _LandingSymbols, friction: ca.SX) -> RowGroup:
+    """The feet on the ground push as hard as every stance foot has to, within their cones."""
+    contacts, where = problem.pattern.contacts(stance), _behind(switch, stance)
+    sides = contacts.contact.sides
+    rows: list[ca.SX] = []
+    labels: list[Label] = []
+    lower: list[float] = []
+    for foot, local in zip(stance.feet, contacts.local(at.force, contacts.points(at.q)), strict=True):
+        rows.append(contacts.contact.normal_force(local))
+        rows.append(contacts.contact.pyramid(local, (1.0 - MARGIN) * friction))
+        names = [f"{where}: normal force {foot}", *(f"{where}: friction {foot} {side}" for side in sides)]
+        labels += RowKind.LANDING_FORCE.labels(names, "N")
+        lower += [problem.limits.normal_force, *(0.0 for _ in sides)]
+    return RowGroup(rows=rows, labels=labels, lower=lower, upper=[np.inf] * len(lower))
+
+
+def fill_landings(problem: GaitProblem, layout: Layout, natural: Vector) -> None:
+    """Set the variables between landings to what the others make of them.
+
+    Args:
+        problem: the gait problem.
+        layout: of its variables.
+        natural: unscaled variables, (n_x,), changed in place.
+    """
+    pattern, robot = problem.pattern, problem.pattern.robot
+    for number, domain in enumerate(layout.domains):
+        last = number == len(layout.domains) - 1
+        q, v = natural[domain.q[-1]], natural[domain.v[-1]]
+        u = natural[layout.domains[0 if last else number + 1].u[0]]
+        u = robot.mirror.torque(u) if last and pattern.mirrored else u
+        for landing in domain.landings:
+            contacts = pattern.contacts(landing.stance)
+            values = _between(contacts, _late(domain.switch, landing.stance), q, v, u)
+            for index, value in zip((landing.v, landing.impulse, landing.force), values, strict=False):
+                natural[index] = value
+            natural[landing.a] = values[3][list(landing.free)]
+
+
+def _between(contacts: Contacts, late: list[str], q: Vector, v: Vector, u: Vector) -> tuple[Vector, ...]:
+    """Rates, impulse, forces and accelerations between landings."""
+    size = contacts.robot.size
+    at, rate, torque = ca.SX.sym("q", size), ca.SX.sym("v", size), ca.SX.sym("u", u.size)
+    motion = landing_motion(contacts, late, at, rate, torque)
+    function = ca.Function("between", [at, rate, torque], [motion.forces, motion.acceleration], {"cse": True})
+    after = np.asarray(stopping(contacts)(np.concatenate([q, v]))).ravel()[size:]
+    momenta = ca.Function(
+        "momenta", [at], [dynamics.mass_matrix(contacts.robot, at), contacts.jacobian(at)], {"cse": True}
+    )
+    mass, J = (np.asarray(part) for part in momenta(q))
+    impulse = np.linalg.lstsq(J.T, mass @ (after - v), rcond=None)[0]
+    forces, acceleration = (np.asarray(part).ravel() for part in function(q, after, u))
+    return after, impulse, forces, acceleration
+
+
+def _late(switch: Switch, stance: Stance) -> list[str]:
+    return [foot for foot in switch.landing if foot not in stance.feet]
+
+
+def _behind(switch: Switch, stance: Stance) -> str:
+    return "after " + ", ".join(foot for foot in stance.feet if foot in switch.landing)
 
 
 def _upwards(problem: GaitProblem, foot: str, q: ca.SX, v: ca.SX) -> ca.SX:
     robot, ground = problem.pattern.robot, problem.pattern.ground
     velocity = kinematics.foot_jacobian(robot, foot, q) @ v
     return into_frame(velocity, ground.frame(kinematics.foot_position(robot, foot, q)))[2]
-
-
-def landing_force_rows(
-    problem: GaitProblem, switch: Switch, before: tuple[ca.SX, ca.SX], u: ca.SX, friction: ca.SX
-) -> RowGroup:
-    """Return rows that say that feet which stand between two landings push, within their cones, where all land at once.
-
-    On the gait the domain between two landings lasts no time; its forces are those of (22) of
-    docs/theory/hybrid-model.md behind the impacts so far, under the next stance's first torques.
-
-    Args:
-        problem: the gait problem.
-        switch: at which several feet land one by one.
-        before: coordinates and rates before any impact, (n_q,) each.
-        u: torques at the entry of the next stance, (n_joints,), N m.
-        friction: coefficient.
-    """
-    q, v = before
-    rows: list[ca.SX] = []
-    labels: list[Label] = []
-    lower: list[float] = []
-    for stance in _landed(problem, switch)[:-1]:
-        contacts = problem.pattern.contacts(stance)
-        late = [foot for foot in switch.landing if foot not in stance.feet]
-        forces = landing_motion(contacts, late, q, impact(contacts, q, v)[0], u).forces
-        where = "between landings, after " + ", ".join(foot for foot in stance.feet if foot in switch.landing)
-        for foot, local in zip(stance.feet, contacts.local(forces, contacts.points(q)), strict=True):
-            sides = contacts.contact.sides
-            rows.append(contacts.contact.normal_force(local))
-            rows.append(contacts.contact.pyramid(local, (1.0 - MARGIN) * friction))
-            names = [f"{where}: normal force {foot}", *(f"{where}: friction {foot} {side}" for side in sides)]
-            labels += RowKind.LANDING_FORCE.labels(names, "N")
-            lower += [problem.limits.normal_force, *(0.0 for _ in sides)]
-    return RowGroup(rows=rows, labels=labels, lower=lower, upper=[np.inf] * len(lower))

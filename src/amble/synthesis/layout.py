@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from amble.control.landing import legs_in_the_air
 from amble.hybrid import Stance, Switch
+from amble.hybrid.landing import landed_stances
 from amble.io.quantities import load_units, unit_of, units
 from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_positions
 from amble.robot.natural_units import RobotUnits
@@ -50,6 +52,32 @@ LARGEST_MARGIN = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
+class LandingLayout:
+    """Indices of the variables of one stance between landings, where all feet land at once.
+
+    Attributes:
+        stance: the feet that have landed, and those that stay.
+        free: coordinates but those of the joints of legs in the air.
+        v: rates behind the impact on these feet, (n_q,).
+        impulse: of that impact, (n_f,).
+        a: accelerations of the free coordinates, (n_r,); those of the others are 0.
+        force: contact forces, (n_f,).
+    """
+
+    stance: Stance
+    free: tuple[int, ...]
+    v: Index
+    impulse: Index
+    a: Index
+    force: Index
+
+    @property
+    def index(self) -> Index:
+        """All of them."""
+        return np.concatenate([self.v, self.impulse, self.a, self.force])
+
+
+@dataclass(frozen=True, kw_only=True)
 class DomainLayout:
     """Indices of one domain's variables.
 
@@ -66,6 +94,7 @@ class DomainLayout:
         coefficients: (n_y (order + 1),), column by column.
         phase_numbers: what the phase needs beside the duration, (k,).
         impulse: (n_f of the next stance,), empty without landing.
+        landings: of feet that land one by one, the stances between the landings of the switch.
     """
 
     stance: Stance
@@ -80,6 +109,7 @@ class DomainLayout:
     coefficients: Index
     phase_numbers: Index
     impulse: Index
+    landings: tuple[LandingLayout, ...] = ()
 
     @property
     def nodes(self) -> int:
@@ -170,8 +200,29 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
         coefficients=coefficients,
         phase_numbers=phase_numbers,
         impulse=impulse,
+        landings=_landings(problem, switch, counter),
         **stacked,
     )
+
+
+def _landings(problem: GaitProblem, switch: Switch, counter: _Counter) -> tuple[LandingLayout, ...]:
+    pattern, robot, foot = problem.pattern, problem.pattern.robot, problem.pattern.contact
+    names, found = robot.coordinate_names, list[LandingLayout]()
+    for stance in landed_stances(switch, pattern.landing_rule, robot.foot_names)[:-1]:
+        late = [name for name in switch.landing if name not in stance.feet]
+        held = legs_in_the_air(robot, late, stance.feet)
+        free, count = tuple(k for k in range(robot.size) if k not in held), len(stance.feet)
+        found.append(
+            LandingLayout(
+                stance=stance,
+                free=free,
+                v=counter.take("v", units(names, "/s")),
+                impulse=counter.take("impulse", foot.component_units("N s", "N m s") * count),
+                a=counter.take("a", units([names[k] for k in free], "/s^2")),
+                force=counter.take("force", foot.component_units("N", "N m") * count),
+            )
+        )
+    return tuple(found)
 
 
 def resampled(samples: NodeValues, phases: Vector, wanted: Vector) -> NodeValues:

@@ -18,7 +18,7 @@ from amble.robot import dynamics, kinematics
 from amble.robot.parts import RATE
 from amble.robot.turn import turn_error, turned_velocity
 from amble.synthesis.block import Block, Label
-from amble.synthesis.landing_rows import landing_force_rows, landing_rows, lands_in_turn
+from amble.synthesis.landing_rows import order_rows
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
 from amble.synthesis.node_block import ProgramParameters, output_indices
@@ -121,18 +121,14 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
     groups = [_continuity_rows(problem, symbols)]
     if switch.landing:
         groups += [_impact_rows(problem, switch, symbols), _touchdown_rows(problem, switch, symbols)]
-        groups.append(landing_rows(problem, switch, *before))
+        if domain.landings:
+            groups.append(order_rows(problem, switch, switch.target, before[0], symbols.v_next, symbols.impulse))
     else:
         names = pattern.robot.coordinate_names
         labels = RowKind.CONTINUITY.labels((f"continuity {RATE}{name}" for name in names), units(names, "/s"))
         groups.append(RowGroup.equalities([symbols.v_next - symbols.v_minus], labels))
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
-    force, a_plus, u_plus = ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)
-    if lands_in_turn(problem, switch):
-        u_plus = ca.SX.sym("u_plus", len(pattern.robot.joints))
-        columns.append(following.u[0])
-        u_next = pattern.robot.mirror.torque(u_plus) if last and pattern.mirrored else u_plus
-        groups.append(landing_force_rows(problem, switch, before, u_next, parameters.friction))
+    force, a_plus = ca.SX(0, 1), ca.SX(0, 1)
     if switch.leaving:
         a_plus = ca.SX.sym("a_plus", pattern.robot.size)
         columns.append(following.a[0])
@@ -149,7 +145,7 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         columns.append(domain.force[-1])
     return Block(
         name=f"switch_{identifier(domain.stance.name)}",
-        variables=ca.vertcat(*before, *after, symbols.impulse, symbols.period, a_plus, u_plus, force),
+        variables=ca.vertcat(*before, *after, symbols.impulse, symbols.period, a_plus, force),
         constants=ca.SX(0, 1),
         parameters=parameters.packed(),
         rows=ca.vertcat(*(row for group in groups for row in group.rows)),

@@ -15,6 +15,7 @@ from amble.errors import NotSolvedError
 from amble.residual import Residual
 from amble.synthesis.assembly import Program, assemble
 from amble.synthesis.block import Block
+from amble.synthesis.landing_rows import landing_blocks
 from amble.synthesis.layout import Layout, build_layout, resampled, variable_bounds
 from amble.synthesis.link_blocks import defect_block, period_block, phase_block, switch_block
 from amble.synthesis.node_block import node_block, parameter_values
@@ -128,6 +129,7 @@ def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:
             node_block(problem, layout, domain),
             defect_block(problem, domain),
             switch_block(problem, layout, number),
+            *landing_blocks(problem, layout, number),
         ]
         if domain.phase_numbers.size:
             blocks.append(phase_block(problem, domain))
@@ -177,6 +179,8 @@ def on_coarse_mesh(program: GaitProgram, natural: NDArray[np.float64]) -> tuple[
             thin[getattr(there, kind)] = resampled(natural[getattr(here, kind)], here.phases, there.phases)
         for kind in ("duration", "coefficients", "phase_numbers", "impulse"):
             thin[getattr(there, kind)] = natural[getattr(here, kind)]
+        for ours, theirs in zip(here.landings, there.landings, strict=True):
+            thin[theirs.index] = natural[ours.index]
     thin[coarse.layout.period] = natural[program.layout.period]
     return coarse, thin / coarse.layout.scale
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from amble.errors import InputError
 from amble.gait import DomainTrajectory, Gait
 from amble.synthesis.initial_guess import phase_curves
+from amble.synthesis.landing_rows import fill_landings
 from amble.synthesis.layout import DomainLayout, Layout, resampled
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.solve import Solution
@@ -75,6 +76,7 @@ def from_gait(problem: GaitProblem, gait: Gait, layout: Layout) -> NDArray[np.fl
             numbers, curves = phase_curves(problem, domain, known.duration, start[domain.q], start[domain.v])
         start[domain.phase_numbers], start[domain.coefficients] = numbers, curves.ravel(order="F")
     start[layout.period] = sum(known.duration for known in gait.domains)
+    fill_landings(problem, layout, start)
     return start
 
 

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.residual import Residual, worst_first
+from amble.robot.parts import ACCELERATION, RATE
+from amble.synthesis.layout import DomainLayout
 from amble.synthesis.program import GaitProgram
 from amble.types import Vector
 
@@ -33,7 +35,7 @@ def variable_names(program: GaitProgram) -> tuple[str, ...]:
     robot = program.problem.pattern.robot
     names = ["period"] * program.layout.size
     kinds = {"q": robot.coordinate_names, "v": robot.coordinate_names, "a": robot.coordinate_names}
-    words = {"q": "", "v": "rate of ", "a": "acceleration of "}
+    words = {"q": "", "v": RATE, "a": ACCELERATION}
     for domain in program.layout.domains:
         labels = {kind: [words[kind] + name for name in kinds[kind]] for kind in kinds}
         labels["u"] = [f"torque {name}" for name in robot.joint_names]
@@ -52,7 +54,24 @@ def variable_names(program: GaitProgram) -> tuple[str, ...]:
         for places, texts in ((domain.coefficients, curves), (domain.impulse, axes if domain.impulse.size else [])):
             for place, text in zip(places, texts, strict=True):
                 names[place] = f"{domain.stance.name} {text}"
+        _name_landings(program, domain, names)
     return tuple(names)
+
+
+def _name_landings(program: GaitProgram, domain: DomainLayout, names: list[str]) -> None:
+    """Name the variables of the stances between landings."""
+    pattern = program.problem.pattern
+    coordinates = pattern.robot.coordinate_names
+    for landing in domain.landings:
+        labels = pattern.contacts(landing.stance).labels
+        texts = [
+            *(f"{RATE}{name}" for name in coordinates),
+            *(f"impulse {label}" for label in labels),
+            *(f"{ACCELERATION}{coordinates[k]}" for k in landing.free),
+            *(f"force {label}" for label in labels),
+        ]
+        for place, text in zip(landing.index, texts, strict=True):
+            names[place] = f"{landing.stance.name} {text}"
 
 
 def _rows(
