@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import random
+import re
 from pathlib import Path
 
 import casadi as ca
@@ -11,8 +14,10 @@ import pytest
 from amble.errors import InputError
 from amble.robot import Adaptation, Robot, dynamics, kinematics, load_robot
 from amble.types import Vector
+from fuzz.bytes import damaged
 from tests.quadruped import FEET, urdf
 from tests.robots import ROBOTS, random_states, robot
+from tests.seeds import seeds
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -163,3 +168,67 @@ def test_meshes_need_not_be_there_and_springs_are_named(tmp_path: Path) -> None:
     walker = load_robot(file, ODD_FEET)
     assert walker.hash == load_robot(plain, ODD_FEET).hash
     assert walker.unused == ("joint 'fl_knee' has a spring (stiffness 3), which is not used",)
+
+
+VALUES = (
+    "1e400",
+    "nan",
+    "inf",
+    "-1",
+    "0 0 0",
+    "1e308 1e308 1e308",
+    "9" * 400,
+    "mesh",
+    "free",
+    "ball",
+    "fl_hip",
+    "",
+    "*/",
+)
+
+
+def damaged_mjcf(draw: random.Random) -> bytes:
+    """One or two attributes of another value, or other bytes."""
+    content = odd().encode()
+    for _ in range(draw.choice((1, 1, 2))):
+        at = draw.choice(list(re.finditer(rb'"[^"<>]*"', content)) or [None])
+        if at is None or draw.random() < 0.3:
+            content = damaged(content, draw)[0]
+        else:
+            content = content[: at.start()] + f'"{draw.choice(VALUES)}"'.encode() + content[at.end() :]
+    return content
+
+
+@pytest.mark.parametrize("seed", seeds(2, 20))
+def test_a_damaged_file_is_a_robot_or_one_sentence(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """MuJoCo printed, and wrote a log file of its own into the working folder."""
+    monkeypatch.chdir(tmp_path)
+    draw, refused = random.Random(seed), 0
+    for _ in range(40):
+        Path("robot.xml").write_bytes(damaged_mjcf(draw))
+        try:
+            load_robot(Path("robot.xml"), ODD_FEET)
+        except InputError as error:
+            refused += 1
+            assert str(error).isprintable()  # noqa: PT017 - most are refused, not all
+    assert refused > 20
+    assert os.listdir() == ["robot.xml"]
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [(b'mass="5"', b'mass="nan"', "MuJoCo"), (b'"fl_hip"', b'"\xccf"', "does not compile it: 'utf-8' codec")],
+)
+def test_what_mujoco_would_print_is_said_in_words(
+    old: bytes, new: bytes, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    content = odd().encode()
+    assert old in content
+    Path("robot.xml").write_bytes(content.replace(old, new))
+    with pytest.raises(InputError, match=says):
+        load_robot(Path("robot.xml"), ODD_FEET)
+    assert os.listdir() == ["robot.xml"]

@@ -7,7 +7,9 @@ files need not be there. Sites and geoms with a name are frames that a foot may 
 
 from __future__ import annotations
 
+import logging
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,8 @@ from amble.types import Matrix, Vector, frozen
 ROOT = re.compile(rb"<(mujoco|robot)\b")
 KINDS = ("floating", "ball", "prismatic", "revolute")
 """MuJoCo's joint types 0 to 3: free, ball, slide, hinge."""
+
+logger = logging.getLogger("amble")
 
 UNNAMED = "MuJoCo Model"
 """What MuJoCo calls a model without a name."""
@@ -85,9 +89,12 @@ def _compiled(path: Path, content: bytes) -> Any:
     require("mujoco", "mujoco", "MJCF files")
     import mujoco
 
+    before = mujoco.get_mju_user_warning()
+    said: list[str] = []
+    mujoco.set_mju_user_warning(lambda text: said.append(str(text)))  # else it prints, and writes a file of its own
     try:
-        known = path.suffix.lower() == ".xml"
-        spec = mujoco.MjSpec.from_file(str(path)) if known else mujoco.MjSpec.from_string(content.decode())
+        text, known = content.decode(), path.suffix.lower() == ".xml"  # names that are no text would be found later
+        spec = mujoco.MjSpec.from_file(str(path)) if known else mujoco.MjSpec.from_string(text)
         spec.compiler.fusestatic = False
         for body in spec.bodies:
             if body.explicitinertial:
@@ -97,11 +104,18 @@ def _compiled(path: Path, content: bytes) -> Any:
         used = {geom.meshname for geom in spec.geoms}
         for part in (*spec.skins, *(mesh for mesh in spec.meshes if mesh.name not in used), *spec.textures):
             spec.delete(part)
-        return spec.compile()
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            model = spec.compile()
+        for text in dict.fromkeys([*said, *(str(each.message) for each in warned)]):
+            logger.warning("%s: MuJoCo warns: %s", path.name, shown(text))
+        return model
     except (ValueError, RuntimeError) as error:  # UnicodeError is a ValueError
         raise InputError(
             f"robot file '{printable(str(path))}': MuJoCo does not compile it: {shown(str(error), 200)}"
         ) from error
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _name(model: Any, kind: str, number: int) -> str:
