@@ -15,8 +15,9 @@ from amble.defaults import FREE
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.files import from_dict, load_gait, to_dict
-from amble.hybrid import ONE_BY_ONE, HybridSystem
+from amble.hybrid import ONE_BY_ONE, HybridSystem, gaits
 from amble.hybrid.system import numeric
+from amble.robot import catalogue
 from amble.robot.natural_units import natural_units
 from amble.simulation import simulate
 from amble.simulation.simulate import perturbed
@@ -25,8 +26,9 @@ from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.group import closest_shift
 from amble.stability.landing_orders import orders_of
 from amble.stability.monodromy import prepare_variational
+from amble.stability.stabilize import stabilize
 from amble.stability.weight_search import WeightSearch
-from amble.synthesis import gait_problem
+from amble.synthesis import gait_problem, synthesize
 from amble.synthesis.landing_rows import RELEASE, landing_blocks
 from amble.synthesis.layout import build_layout
 from amble.synthesis.link_blocks import switch_block
@@ -344,5 +346,17 @@ def test_the_certificate_speaks_for_both_orders(stabilised: Gait, monkeypatch: p
     assert landing is not None
     assert [order.feet["D1->D2"] for order in landing.orders] == [("rl", "fr"), ("fr", "rl")]
     assert landing.bound.rate < 0.75
+    assert certificate.disturbance is not None
+    assert certificate.disturbance.returns == 1e-2
+
+
+@pytest.mark.slow
+def test_a_trot_from_a_cold_start_is_certified(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("AMBLE_COMPILER")
+    pattern = replace(gaits.trot(catalogue.astro()), landing_rule=ONE_BY_ONE)
+    gait = stabilize(synthesize(gait_problem(pattern.robot, pattern, speed=0.2, intervals=8)))
+    certificate = certify(gait)
+    assert certificate.landing is not None
+    assert len(certificate.landing.orders) == 2
     assert certificate.disturbance is not None
     assert certificate.disturbance.returns == 1e-2
