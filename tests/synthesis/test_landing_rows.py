@@ -1,0 +1,66 @@
+"""Rows of feet that land one by one, for planned overlap and for three feet at once; a trot's: tests/gait."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from amble.export.stances import exported_stances
+from amble.hybrid import ONE_BY_ONE, GaitPattern, gait_pattern
+from amble.robot import catalogue
+from amble.synthesis import gait_problem
+from amble.synthesis.initial_guess import initial_guess
+from amble.synthesis.landing_rows import landing_blocks
+from amble.synthesis.layout import build_layout
+from amble.synthesis.node_block import parameter_values
+from tests.robots import hexapod
+
+FEET = catalogue.astro().foot_names
+
+
+def overlap() -> GaitPattern:
+    """Stances of 2, 4, 2, 4 feet: old feet stay until both new ones have landed."""
+    table = (("fl", "rr"), FEET, ("fr", "rl"), FEET)
+    return gait_pattern(catalogue.astro(), table, True, landing_rule=ONE_BY_ONE)
+
+
+def tripod() -> GaitPattern:
+    table = (("fl", "rr", "ml"), ("fr", "rl", "mr"))
+    return gait_pattern(hexapod(), table, landing_rule=ONE_BY_ONE)
+
+
+@pytest.mark.parametrize(("walk", "count"), [(overlap, 2), pytest.param(tripod, 12, marks=pytest.mark.slow)])
+def test_every_stance_between_landings_has_variables_that_its_rows_define(
+    walk: Callable[[], GaitPattern], count: int
+) -> None:
+    """As many equalities as variables; filled by elimination they are met by rows of inverse dynamics."""
+    pattern = walk()
+    problem = gait_problem(pattern.robot, pattern, speed=0.1, intervals=2)
+    layout = build_layout(problem)
+    guess = initial_guess(problem, layout)
+    blocks = [block for number in range(len(layout.domains)) for block in landing_blocks(problem, layout, number)]
+    landings = [landing for domain in layout.domains for landing in domain.landings]
+    assert len(blocks) == len(landings) == count
+    for block, landing in zip(blocks, landings, strict=True):
+        rows = ca.Function("rows", [block.variables, block.constants, block.parameters], [block.rows])
+        values = np.asarray(rows(guess[block.columns[0]], [], parameter_values(problem))).ravel()
+        equal = block.lower[0] == block.upper[0]
+        assert int(equal.sum()) == landing.index.size
+        assert np.abs(values[equal]).max() < 1e-9
+        mine = np.isin(block.columns[0], landing.index)
+        symbols = [block.variables, block.constants, block.parameters]
+        slope = ca.Function("slope", symbols, [ca.jacobian(block.rows, block.variables)])
+        matrix = np.asarray(slope(guess[block.columns[0]], [], parameter_values(problem)))[equal][:, mine]
+        assert np.linalg.matrix_rank(matrix) == landing.index.size
+
+
+def test_stances_without_a_mirror_have_laws_of_their_own() -> None:
+    pattern = tripod()
+    stances = exported_stances(SimpleNamespace(pattern=pattern, robot=pattern.robot))  # type: ignore[arg-type]
+    assert sorted(entry.law for entry in stances) == list(range(14))
+    assert not any(entry.mirrored for entry in stances)
+    assert [entry.stance for entry in stances] == list(pattern.visited)
