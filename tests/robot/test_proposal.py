@@ -10,10 +10,11 @@ import pytest
 
 from amble.errors import InputError
 from amble.robot import Robot
-from amble.robot.kinematics import link_pose, zero_poses
+from amble.robot.catalogue import Posture
+from amble.robot.kinematics import foot_position, link_pose, zero_poses
 from amble.robot.parts import Foot, Joint, Link
 from amble.robot.plausibility import doubts, reach
-from amble.robot.proposal import standing_posture
+from amble.robot.proposal import bent_ranges, standing_posture
 from amble.types import frozen
 from tests.robots import ROBOTS, robot
 
@@ -73,3 +74,25 @@ def test_a_leg_without_length_is_named() -> None:
     assert standing_posture(stretched).height > 0.0
     flat = replace(stretched.feet[0], offset=frozen(np.zeros(3)))
     assert standing_posture(replace(stretched, feet=(flat,))).height > 0.0
+
+
+@pytest.mark.parametrize("name", ["go2", "solo12", "anymal_b"])
+def test_a_leg_at_the_edge_of_its_bent_range_is_that_far_off_straight(name: str) -> None:
+    """Thigh and shank as vectors of the kinematics, at the posture with one knee moved to the edge."""
+    model, least = robot(name), 0.4
+    posture = standing_posture(model)
+    ranges = bent_ranges(model, posture.angles, least)
+    knees = {leg[-1]: foot for foot, leg in model.legs.items()}
+    assert set(ranges) == set(knees)
+    for knee, (lower, upper) in ranges.items():
+        record, leg = model.joint(knee), model.legs[knees[knee]]
+        assert lower < posture.angles[knee] < upper
+        edge = {lower, upper} - {record.lower, record.upper}
+        for value in edge or {record.lower, record.upper}:
+            q = Posture(0.3, {**posture.angles, knee: value}).coordinates(model)
+            hip, at = (np.asarray(link_pose(model, model.joint(j).child, q)[1]).ravel() for j in leg[-2:])
+            foot = np.asarray(foot_position(model, knees[knee], q)).ravel()
+            upper_leg, lower_leg = (at - hip)[[0, 2]], (foot - at)[[0, 2]]
+            cosine = upper_leg @ lower_leg / np.linalg.norm(upper_leg) / np.linalg.norm(lower_leg)
+            # where a joint limit is nearer than the edge, it stays
+            assert np.arccos(cosine) == pytest.approx(least, abs=1e-9) if edge else np.arccos(cosine) >= least

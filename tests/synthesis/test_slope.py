@@ -25,7 +25,7 @@ from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 from amble.simulation import simulate
 from amble.synthesis import GaitProblem, default_limits, gait_problem, synthesize
-from amble.synthesis.layout import build_layout, variable_bounds
+from amble.synthesis.layout import NORMAL_FORCE_MARGIN, build_layout, variable_bounds
 from amble.synthesis.link_blocks import switch_block
 from amble.synthesis.node_block import node_block
 from amble.synthesis.program import build_program
@@ -144,6 +144,17 @@ def test_every_foot_that_leaves_does_so_at_the_smallest_force_inside_its_cone(gr
         else:
             row = [label.name for label in switch.labels].index(f"lift-off force {foot}")
             assert switch.lower[0, row] == switch.upper[0, row] == least
+    margin = NORMAL_FORCE_MARGIN * robot.mass * robot.gravity
+    kept = replace(problem, node_margins=True)
+    if ground.level:
+        lower, upper = variable_bounds(kept, layout)
+        force = domain.force[:, pattern.contacts(domain.stance).normal_index("fl")]
+        np.testing.assert_array_equal(lower[force], [least + margin] * (domain.nodes - 1) + [least])
+        assert upper[force[-1]] == least
+    else:
+        rows = node_block(kept, layout, domain)
+        row = [label.name for label in rows.labels].index("normal force fl")
+        np.testing.assert_array_equal(rows.lower[:, row], [least + margin] * (domain.nodes - 1) + [-np.inf])
     with pytest.raises(InputError, match="foot 'fl' leaves the ground by its force"):
         replace(problem, limits=replace(problem.limits, normal_force=0.0))
 

@@ -155,6 +155,34 @@ def _leg(robot: Robot, foot: str, leg: tuple[str, ...], angles: dict[str, float]
     raise InputError(f"no pose of leg '{foot}' brings the foot below the hip; give a posture: posture=...")
 
 
+def bent_ranges(robot: Robot, angles: Mapping[str, float], off_straight: float) -> dict[str, tuple[float, float]]:
+    """Return pitch joint -> range in which the leg is bent at it as at a posture, at least so far off straight, rad.
+
+    A leg is straight at a joint where the pitch joints before and after it, or the foot, are furthest apart. Joints
+    that are nearer to that at the posture, and the first pitch joint of a leg, are not named.
+
+    Args:
+        robot: the robot.
+        angles: joint angles of the posture.
+        off_straight: least angle from straight, rad, below a quarter turn.
+    """
+    known, found = _coordinates(robot, dict(angles)), {}
+    for foot, leg in robot.legs.items():
+        pitching = [name for name in leg if _is_lateral(robot, name)]
+        ends = [_origin(robot, name, known) for name in pitching] + [_foot(robot, foot, known)]
+        for name, before, at, after in zip(pitching[1:], ends, ends[1:], ends[2:], strict=False):
+            (x1, z1), (x2, z2) = (at - before)[[0, 2]], (after - at)[[0, 2]]
+            bend = float(np.arctan2(x1 * z2 - z1 * x2, x1 * x2 + z1 * z2))  # about -y, from straight
+            rotation, _ = link_pose(robot, robot.joint(name).child, known)
+            turned = -float((np.asarray(rotation) @ robot.joint(name).axis)[1]) * bend
+            straight, side = angles[name] - turned, np.sign(turned)
+            if abs(bend) > off_straight:
+                lower, upper = robot.joint(name).lower, robot.joint(name).upper
+                edge = float(straight + side * off_straight)
+                found[name] = (max(lower, edge), upper) if side > 0.0 else (lower, min(upper, edge))
+    return found
+
+
 def _is_lateral(robot: Robot, name: str) -> bool:
     record = robot.joint(name)
     rotation, _ = zero_poses(robot)[record.child]

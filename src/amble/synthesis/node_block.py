@@ -19,7 +19,7 @@ from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.parts import ACCELERATION, RATE
 from amble.synthesis.block import Block, Label
-from amble.synthesis.layout import MARGIN, DomainLayout, Layout
+from amble.synthesis.layout import MARGIN, DomainLayout, Layout, least_normal_force
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
 
@@ -196,7 +196,7 @@ def _bounds(
         lower[progress < 1e-9, row] = -np.inf
         lower[progress > 1.0 - 1e-9, row] = -np.inf
     if tilted:
-        lower[:, normal:-1] = problem.limits.normal_force
+        lower[:, normal:-1] = least_normal_force(problem)
         lower[:, -1], upper[:, -1] = problem.limits.positions.get("z", (-np.inf, np.inf))
     for foot in domain.switch.leaving if tilted else ():
         lower[-1, normal + domain.stance.feet.index(foot)] = -np.inf  # a row of the switch says what it is

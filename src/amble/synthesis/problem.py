@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite, sqrt
+from math import isfinite, radians, sqrt
 
 from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
 from amble.errors import InputError, UnknownNameError, printable
@@ -19,9 +19,15 @@ from amble.robot import Robot, catalogue, symmetrized
 from amble.robot.catalogue import GaitBounds, Posture
 from amble.robot.mirror import AsymmetryError
 from amble.robot.natural_units import velocity_unit
-from amble.robot.proposal import nominal_posture
+from amble.robot.proposal import bent_ranges, nominal_posture
 
 logger = logging.getLogger("amble")
+
+OFF_STRAIGHT = radians(15.0)
+"""Least bend of knees by default, rad."""
+
+CLEARANCE = 0.08
+"""Height of swing feet at the middle of their swing by default, as a share of the leg length."""
 
 LARGEST_AVERAGED = 0.05
 """Largest relative asymmetry that is averaged unasked; real files have 1e-4 to 0.2."""
@@ -42,8 +48,8 @@ class GaitProblem:
         limits: bounds of the motion and the contacts.
         posture: where the solver starts: base height and joint angles.
         intervals: Hermite-Simpson intervals in every domain.
-        node_margins: whether positions and accelerations keep a margin of their bounds free at the nodes, so that they
-            keep to them between the nodes; speeds, torques and friction always do (``layout``).
+        node_margins: whether positions, accelerations and normal forces keep a margin of their bounds free at the
+            nodes, so that they keep to them between the nodes; speeds, torques and friction always do (``layout``).
         gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
         cost: what is minimised.
     """
@@ -215,8 +221,9 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
     For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
     other, joint limits come from its description, and the rest follows from size and weight, with l the leg length, m
     the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), accelerations up to 9 g / l, a touchdown slower
-    than 0.15 sqrt(g l) forward, 0.05 sideways and 1 downward, there faster than 0.02, normal forces from 2.4 % of m g,
-    swing feet above 2.5 % of l.
+    than 0.15 sqrt(g l) forward, 0.05 sideways and 0.45 downward, there faster than 0.02, normal forces from 2.4 % of
+    m g, swing feet above 8 % of l, roll and pitch within 0.1 rad, knees at least 15 degrees off straight and bent as
+    at the posture. Without these the smallest torques are those of straight legs whose feet hardly rise.
 
     Args:
         pattern: the gait pattern, with the robot.
@@ -230,7 +237,7 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
         speeds = dict.fromkeys(robot.joint_names, bounds.speed)
     else:
         bounds = _scaled(robot, posture or nominal_posture(robot))
-        normal_force, clearance = 0.024 * robot.mass * robot.gravity, 0.025 * robot.leg_length
+        normal_force, clearance = 0.024 * robot.mass * robot.gravity, CLEARANCE * robot.leg_length
         torques = {joint.name: joint.effort for joint in robot.joints if isfinite(joint.effort)}
         speeds = {joint.name: joint.velocity for joint in robot.joints if isfinite(joint.velocity)}
     return Limits(
@@ -279,14 +286,15 @@ def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
         acceleration=9.0 * g / length,
         positions={
             "z": within(0.6, 1.4, z),
-            "roll": (-0.2, 0.2),
-            "pitch": (-0.2, 0.2),
+            "roll": (-0.1, 0.1),
+            "pitch": (-0.1, 0.1),
             "yaw": (-0.3, 0.3),
             **{joint.name: (joint.lower, joint.upper) for joint in robot.joints},
+            **bent_ranges(robot, posture.angles, OFF_STRAIGHT),
         },
         touchdown_velocity=(
             within(-0.15, 0.15, velocity),
             within(-0.05, 0.05, velocity),
-            within(-1.0, -SLOWEST_LANDING, velocity),
+            within(-0.45, -SLOWEST_LANDING, velocity),
         ),
     )

@@ -198,7 +198,7 @@ def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
         f"clearance = {limits.clearance!r}  # m, of every swing foot at the middle of its swing",
         f"normal_force = {limits.normal_force!r}  # N, the least of every stance foot",
         f"acceleration = {limits.acceleration!r}  # rad/s^2, of every angle; of x, y and z times the leg length",
-        f"node_margins = {str(problem.node_margins).lower()}  # a margin of positions and accelerations at the nodes",
+        f"node_margins = {str(problem.node_margins).lower()}  # margins of positions, accelerations and forces",
         "",
         "[limits.durations]  # of every domain, s",
         *_ranges(limits.durations),
