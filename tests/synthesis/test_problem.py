@@ -108,6 +108,22 @@ def test_limits_scale_with_the_robot() -> None:
     assert list(angles[0].values()) == pytest.approx(list(angles[1].values()), abs=1e-6)
 
 
+@pytest.mark.parametrize("name", ["go2", "solo12"])
+def test_default_limits_keep_a_style(name: str) -> None:
+    """The base nearly level, feet that rise and land softly, knees bent as at the posture."""
+    model = replace(robot(name), symmetry_tolerance=1.0)
+    limits = default_limits(trot(model))
+    length, velocity = model.leg_length, np.sqrt(model.gravity * model.leg_length)
+    assert limits.positions["roll"] == limits.positions["pitch"] == (-0.1, 0.1)
+    assert limits.clearance >= 0.08 * length
+    assert np.linalg.norm([max(map(abs, interval)) for interval in limits.touchdown_velocity]) < 0.5 * velocity
+    bent = bent_ranges(model, standing_posture(model).angles, np.radians(15.0))
+    assert len(bent) == 4
+    for knee, interval in bent.items():
+        assert limits.positions[knee] == interval
+        assert model.joint(knee).lower <= interval[0] < interval[1] <= model.joint(knee).upper
+
+
 def test_legs_without_two_pitch_joints_need_a_posture() -> None:
     model = robot("go2")
     stiff = replace(

@@ -179,7 +179,9 @@ def bent_ranges(robot: Robot, angles: Mapping[str, float], off_straight: float) 
             if abs(bend) > off_straight:
                 lower, upper = robot.joint(name).lower, robot.joint(name).upper
                 edge = float(straight + side * off_straight)
-                found[name] = (max(lower, edge), upper) if side > 0.0 else (lower, min(upper, edge))
+                lower, upper = (max(lower, edge), upper) if side > 0.0 else (lower, min(upper, edge))
+                if lower < upper:  # a posture outside its limits may leave nothing
+                    found[name] = (lower, upper)
     return found
 
 
