@@ -17,7 +17,7 @@ from amble.robot.natural_units import natural_units, velocity_unit
 from amble.robot.plausibility import asymmetry, doubts, physical_rows
 from amble.robot.proposal import standing_posture
 from amble.robot.symmetry import symmetrized
-from amble.synthesis.problem import default_limits
+from amble.synthesis.default_limits import default_limits
 from amble.types import frozen
 from amble.verification.residuals import sizes
 from amble.view.shapes import link_shapes

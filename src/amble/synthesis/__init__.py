@@ -1,7 +1,8 @@
 """The gait problem, its transcription and its solution."""
 
 from amble.robot.proposal import standing_posture
-from amble.synthesis.problem import GaitProblem, default_limits, gait_problem
+from amble.synthesis.default_limits import default_limits
+from amble.synthesis.problem import GaitProblem, gait_problem
 from amble.synthesis.refine import refine
 from amble.synthesis.sweep import Outcome, sweep
 from amble.synthesis.synthesize import synthesize

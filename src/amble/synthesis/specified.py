@@ -21,7 +21,8 @@ from amble.robot.adaptation import BASE
 from amble.robot.catalogue import Posture
 from amble.robot.proposal import nominal_posture
 from amble.robot.sole import lowered
-from amble.synthesis.problem import GaitProblem, default_limits, on_symmetric
+from amble.synthesis.default_limits import default_limits
+from amble.synthesis.problem import GaitProblem, on_symmetric
 from amble.types import frozen
 
 if TYPE_CHECKING:
