@@ -61,7 +61,7 @@ def kkt_system(
         regularised: subtracted from the diagonal of the rows.
         curvature: factor of the Hessian.
         active: how many entries each of Sigma of variables and of slacks are 1e16, as those of active bounds are at the
-            end of a solve.
+            end of a solve; few, since many are seldom independent.
     """
     nlp, parameters = program.program, program.parameters
     equal = nlp.equalities
