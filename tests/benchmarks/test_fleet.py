@@ -1,0 +1,56 @@
+"""The fleet's table: its rows, and a run that goes on where the last one ended."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from amble.version import __version__
+from benchmarks import fleet
+from benchmarks.fleet import Row, resumed, rows, table
+
+
+def test_rows_are_fixed_and_different() -> None:
+    """Two speeds of every gait that a robot has the legs for."""
+    found = rows()
+    keys = [(row.robot, row.gait, row.share) for row in found]
+    assert len(set(keys)) == len(keys)
+    assert {row.gait for row in found if row.robot == "go2"} == {*fleet.FOUR, "pronk"}
+    assert {row.gait for row in found if row.robot == "hyq"} == {*fleet.FOUR}
+    assert {row.gait for row in found if row.robot == "hexapod"} == {"tripod"}
+    assert {row.robot for row in found} == {"astro", "hexapod", *fleet.FILES, *fleet.ABSENT}
+
+
+def test_an_interrupted_run_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fleet, "_release", lambda name: f"{__version__} of {name}")
+    place, computed = tmp_path / "fleet.json", list[str]()
+
+    def compute(row: Row) -> Row:
+        if len(computed) == 2:
+            raise KeyboardInterrupt
+        computed.append(row.gait)
+        return replace(row, release=f"{__version__} of {row.robot}", status="Solve_Succeeded", solved=True)
+
+    asked = [Row(robot="astro", gait=gait, share=0.1) for gait in ("trot", "amble", "pace")]
+    with pytest.raises(KeyboardInterrupt):
+        resumed(asked, place, compute)
+    assert computed == ["trot", "amble"]
+    computed[:] = []
+    found = resumed(asked, place, compute)
+    assert computed == ["pace"]
+    assert [row.gait for row in found] == ["trot", "amble", "pace"]
+    assert table(found).count("\n") == 5
+    monkeypatch.setattr(fleet, "_release", lambda name: f"later than {name}")
+    computed[:] = []
+    with pytest.raises(KeyboardInterrupt):
+        resumed(asked, place, compute)
+    assert computed == ["trot", "amble"]  # rows of another release are computed again
+
+
+def test_a_row_that_is_refused_beforehand_says_why() -> None:
+    for name, reason in fleet.ABSENT.items():
+        found = fleet.computed(Row(robot=name, gait="trot", share=0.1))
+        assert not found.solved
+        assert found.status == reason
