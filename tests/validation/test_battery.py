@@ -14,6 +14,7 @@ from amble.gait import Gait
 from amble.gait.files import save_gait
 from amble.gait.impedance import Impedance
 from amble.validation import BATTERY, Case, validate
+from amble.validation.loop import Schedule
 from tests.cli.run import exit_code
 
 pytest.importorskip("mujoco")
@@ -55,6 +56,12 @@ def test_wrong_questions_are_refused(stabilised_gait: Gait, under: Gait, tmp_pat
     out = ["--out", str(tmp_path / "v.json")]
     assert exit_code("validate", file, "--engine", "bullet", *out) == 2
     assert exit_code("validate", file, "--case", "rain", *out) == 2
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64, 10**30])
+def test_a_seed_that_would_be_cut_is_refused(seed: int) -> None:
+    with pytest.raises(InputError, match=f"at most 64 bits, not {seed}"):
+        Schedule(cycles=1, period=1e-3, threshold=1.0, seed=seed)
 
 
 def test_the_command_writes_the_results(under: Gait, tmp_path: Path) -> None:
