@@ -98,6 +98,7 @@ typedef struct {
     int size, nonzeros, blocks;
     int *row, *column, *source, *place, *start; /* of the triplets; grouped by block */
     int *inequality_start, *inequality_source;  /* triplets of J_d row by row */
+    int *hessian_source, hessian_count;         /* triplets of W + Sigma_x */
     double *weight, *condensed, *diagonal;      /* Sigma_s; the part in the Hessian; diagonal of W + Sigma_x */
     double *work, *big;                         /* scratch of a node; scratch of an interval */
     int *stiff, *stiff_variable, stiffs;        /* with rows of their own: variables or -1 - inequality; a flag each */
@@ -316,14 +317,20 @@ static int sort_triplets(const Plan *p, Instance *I, Ints irn, Ints icn, int *fa
     return 1;
 }
 
-/* Triplets of J_d row by row. */
-static void sort_inequalities(const Plan *p, Instance *I, int *failed) {
+/* Triplets of J_d row by row, and those of W + Sigma_x. */
+static void list_triplets(const Plan *p, Instance *I, int *failed) {
     int first = p->variables + p->inequalities + p->equalities, count = 0;
-    for (int t = 0; t < I->nonzeros; t++) count += I->row[t] >= first && I->column[t] < p->variables;
+    for (int t = 0; t < I->nonzeros; t++) {
+        count += I->row[t] >= first && I->column[t] < p->variables;
+        I->hessian_count += I->row[t] < p->variables;
+    }
+    I->hessian_source = INTEGERS(I->hessian_count);
     I->inequality_start = INTEGERS(p->inequalities + 2);
     I->inequality_source = INTEGERS(count);
     if (*failed) return;
-    int *start = I->inequality_start;
+    int *start = I->inequality_start, *next = I->hessian_source;
+    for (int t = 0; t < I->nonzeros; t++)
+        if (I->row[t] < p->variables) *next++ = t;
     for (int t = 0; t < I->nonzeros; t++)
         if (I->row[t] >= first && I->column[t] < p->variables) start[I->row[t] - first + 2]++;
     for (int i = 1; i <= p->inequalities; i++) start[i + 1] += start[i];
@@ -584,8 +591,10 @@ static void choose_stiff(const Plan *p, Instance *I, const double *a) {
     int nx = p->variables;
     double least = INFINITY, limit;
     memset(I->diagonal, 0, sizeof(double) * nx);
-    for (int t = 0; t < I->nonzeros; t++)
-        if (I->row[t] == I->column[t] && I->row[t] < nx) I->diagonal[I->row[t]] += a[t];
+    for (int k = 0; k < I->hessian_count; k++) {
+        int t = I->hessian_source[k];
+        if (I->row[t] == I->column[t]) I->diagonal[I->row[t]] += a[t];
+    }
     for (int i = 0; i < nx; i++) least = fmin(least, I->diagonal[i]);
     for (limit = STIFF * fmax(1.0, least);; limit *= 10.0) {
         int count = 0;
@@ -667,22 +676,35 @@ static int factor(Solver *solver, Instance *I, const double *a) {
 
 /* ---- solution ---- */
 
+/* a' x, and x -= a z: a is a unit vector or, below zero, an inequality's row. */
+static double row_product(const Instance *I, const double *a, int which, const double *x) {
+    double sum = 0.0;
+    if (which >= 0) return x[which];
+    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
+        sum += a[I->inequality_source[t]] * x[I->column[I->inequality_source[t]]];
+    return sum;
+}
+
+static void subtract_row(const Instance *I, const double *a, int which, double z, double *x) {
+    if (which >= 0) {
+        x[which] -= z;
+        return;
+    }
+    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
+        x[I->column[I->inequality_source[t]]] -= a[I->inequality_source[t]] * z;
+}
+
 /* y -= H x with H = W + Sigma_x + J_d' Sigma_s J_d without what is stiff. The rows J_d x are left in rows. */
 static void subtract_hessian(const Plan *p, const Instance *I, const double *a, const double *x, double *y,
                              double *rows) {
-    int nx = p->variables, d = nx + p->inequalities + p->equalities;
-    memset(rows, 0, sizeof(double) * p->inequalities);
-    for (int t = 0; t < I->nonzeros; t++) {
-        int i = I->row[t], j = I->column[t];
-        if (i < nx) {
-            if (i != j || !I->stiff_variable[i]) y[i] -= a[t] * x[j];
-            if (i != j) y[j] -= a[t] * x[i];
-        } else if (i >= d && j < nx)
-            rows[i - d] += a[t] * x[j];
+    for (int k = 0; k < I->hessian_count; k++) {
+        int t = I->hessian_source[k], i = I->row[t], j = I->column[t];
+        if (i != j || !I->stiff_variable[i]) y[i] -= a[t] * x[j];
+        if (i != j) y[j] -= a[t] * x[i];
     }
-    for (int t = 0; t < I->nonzeros; t++) {
-        int i = I->row[t], j = I->column[t];
-        if (i >= d && j < nx) y[j] -= a[t] * I->condensed[i - d] * rows[i - d];
+    for (int i = 0; i < p->inequalities; i++) {
+        rows[i] = row_product(I, a, -1 - i, x);
+        if (I->condensed[i] * rows[i] != 0.0) subtract_row(I, a, -1 - i, I->condensed[i] * rows[i], y);
     }
 }
 
@@ -838,24 +860,6 @@ static void multipliers(Solver *solver, Instance *I, double *w, double *y) {
     }
 }
 
-/* a' x of a stiff row, or x -= a z. */
-static double stiff_product(const Instance *I, const double *a, int which, const double *x) {
-    double sum = 0.0;
-    if (which >= 0) return x[which];
-    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
-        sum += a[I->inequality_source[t]] * x[I->column[I->inequality_source[t]]];
-    return sum;
-}
-
-static void subtract_stiff(const Instance *I, const double *a, int which, double z, double *x) {
-    if (which >= 0) {
-        x[which] -= z;
-        return;
-    }
-    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
-        x[I->column[I->inequality_source[t]]] -= a[I->inequality_source[t]] * z;
-}
-
 /* Solve once: out of r, in the order of the rows of the whole matrix. */
 static void solve_once(Solver *solver, Instance *I, const double *a, const double *r, double *out) {
     const Plan *p = &solver->plan;
@@ -865,7 +869,7 @@ static void solve_once(Solver *solver, Instance *I, const double *a, const doubl
     double *x = out, *y = out + nx + ni, *b = I->vectors, *w = b + I->size, *rows = w + I->size, *end = I->solution;
     memcpy(b, r, sizeof(double) * nx);
     for (int i = 0; i < ni; i++)
-        if (I->condensed[i] == I->weight[i]) subtract_stiff(I, a, -1 - i, -(I->weight[i] * rd[i] + rs[i]), b);
+        if (I->condensed[i] == I->weight[i]) subtract_row(I, a, -1 - i, -(I->weight[i] * rd[i] + rs[i]), b);
     memset(x, 0, sizeof(double) * nx);
     particular(solver, I, rc, x);
     memcpy(w, b, sizeof(double) * nx);
@@ -876,7 +880,7 @@ static void solve_once(Solver *solver, Instance *I, const double *a, const doubl
     for (int k = 0; k < p->links; k++) end[nf + p->link_row[k]] -= link[k] * x[p->tip_variable[p->link_tip[k]]];
     for (int k = 0; k < I->stiffs; k++) {
         int which = I->stiff[k], d = -1 - which;
-        end[nk + k] = (which < 0 ? rd[d] + rs[d] / I->weight[d] : 0.0) - stiff_product(I, a, which, x);
+        end[nk + k] = (which < 0 ? rd[d] + rs[d] / I->weight[d] : 0.0) - row_product(I, a, which, x);
     }
     solver->blas.sytrs("L", &n, &STEP, I->F, &n, I->pivots, end, &n, &info);
     extend(solver, I, end, x);
@@ -884,7 +888,7 @@ static void solve_once(Solver *solver, Instance *I, const double *a, const doubl
     subtract_hessian(p, I, a, x, w, rows);
     for (int i = 0; i < p->end_rows; i++) y[p->end_row[i]] = end[nf + i];
     for (int k = 0; k < p->links; k++) w[p->tip_variable[p->link_tip[k]]] -= link[k] * end[nf + p->link_row[k]];
-    for (int k = 0; k < I->stiffs; k++) subtract_stiff(I, a, I->stiff[k], end[nk + k], w);
+    for (int k = 0; k < I->stiffs; k++) subtract_row(I, a, I->stiff[k], end[nk + k], w);
     multipliers(solver, I, w, y);
     for (int i = 0; i < ni; i++) {
         out[nx + i] = rows[i] - rd[i];
@@ -1015,7 +1019,7 @@ void ma27ad_(Ints n, Ints nz, Ints irn, Ints icn, int *iw, Ints liw, int *ikeep,
     I->nonzeros = *nz;
     int fits = sort_triplets(p, I, irn, icn, failed);
     if (fits) allocate(p, I, failed);
-    if (fits && !problem) sort_inequalities(p, I, failed);
+    if (fits && !problem) list_triplets(p, I, failed);
     if (problem || !fits) refuse(solver, problem ? REFUSED_MEMORY : REFUSED_STRUCTURE, info);
 }
 
