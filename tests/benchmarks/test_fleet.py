@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from amble.hybrid import FLAT, POINT
+from amble.hybrid.gaits import GAITS
 from amble.version import __version__
 from benchmarks import fleet
 from benchmarks.fleet import Row, resumed, rows, table
@@ -54,3 +56,9 @@ def test_a_row_that_is_refused_beforehand_says_why() -> None:
         found = fleet.computed(Row(robot=name, gait="trot", share=0.1))
         assert not found.solved
         assert found.status == reason
+
+
+def test_the_hexapod_has_its_gait() -> None:
+    pattern = GAITS["tripod"](fleet.robot("hexapod"), FLAT, POINT)
+    assert pattern.mirrored
+    assert [len(stance.feet) for stance in pattern.solved] == [3]
