@@ -24,10 +24,12 @@ from amble.numerics.pieces import ORDER, evaluated, padded
 from amble.robot import Robot
 from amble.types import Vector, frozen
 
-STANCE = 0.541, 0.0724
-SWING = 0.2165, 0.0181
-"""Default stiffness over m g l and damping over m g l sqrt(l / g), of the joints of stance and of swing legs: 100 and
-40 N m/rad, 4 and 1 N m s/rad on ASTRo."""
+STANCE = 0.812, 0.1267
+SWING = 0.65, 0.0452
+SWING_END = 0.433, 0.0181
+"""Default stiffness over m g l and damping over m g l sqrt(l / g): of the joints of legs on the ground, of the others,
+and of the last joint of those, which moves so little inertia that more damping rings where commands come late. 150,
+120 and 80 N m/rad, 7, 2.5 and 1 N m s/rad on ASTRo; by trial in MuJoCo (docs/validation.md)."""
 
 SINGLE = "stiffness", "damping"
 
@@ -45,7 +47,7 @@ class Impedance(TorqueLaw):
     Attributes:
         stance_stiffness: P of joints of legs on the ground, N m/rad.
         stance_damping: D of those, N m s/rad.
-        swing_stiffness: P of the other joints, N m/rad.
+        swing_stiffness: P of the other joints, N m/rad; where none is given, the last joint of a leg has less.
         swing_damping: D of those, N m s/rad.
         stiffness: P of single joints in single domains, "DOMAIN JOINT" -> N m/rad.
         damping: D of those, N m s/rad.
@@ -107,16 +109,17 @@ class Impedance(TorqueLaw):
         scale = robot.mass * robot.gravity * length
         units = scale, scale * float(np.sqrt(length / robot.gravity))
         standing = {joint for foot in stance.feet for joint in robot.legs[foot]}
+        ends = {robot.legs[foot][-1] for foot in robot.foot_names if robot.legs[foot]}
         found = []
-        for what, unit, on, off in zip(SINGLE, units, STANCE, SWING, strict=True):
+        for what, unit, on, off, end in zip(SINGLE, units, STANCE, SWING, SWING_END, strict=True):
             single, stand, swing = (vars(self)[name] for name in (what, f"stance_{what}", f"swing_{what}"))
-            high, low = (on * unit if stand is None else stand), (off * unit if swing is None else swing)
+            high = on * unit if stand is None else stand
+            low, last = (off * unit, end * unit) if swing is None else (swing, swing)
             for key in single:
                 if key.partition(" ")[2] not in robot.joint_names:
                     raise UnknownNameError(f"joint with a {what} of its own", key.partition(" ")[2], robot.joint_names)
-            values = [
-                single.get(f"{stance.name} {joint}", high if joint in standing else low) for joint in robot.joint_names
-            ]
+            usual = [high if joint in standing else last if joint in ends else low for joint in robot.joint_names]
+            values = [single.get(f"{stance.name} {j}", own) for j, own in zip(robot.joint_names, usual, strict=True)]
             found.append(frozen(values))
         return found[0], found[1]
 

@@ -15,6 +15,10 @@ POINT = 1e-3
 """Radius of a sphere that stands for a point foot, m."""
 
 
+HARD = 2e-3
+"""Time constant of a hard contact, s."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Plant:
     """What a model differs in from the robot record; SI units.
@@ -23,7 +27,7 @@ class Plant:
         step: of the integration, s.
         friction: coefficient between feet and ground.
         radius: of the feet, m; the ground lies as much lower, so that a point foot would touch z = 0.
-        softness: time constant of the contacts, s.
+        softness: time constant of the contacts along the normal, s.
         damping: of all joints, N m s/rad, beside that of the record.
         dry_friction: of all joints, N m, beside that of the record.
         armature: rotor inertia of all joints, kg m^2, beside that of the record.
@@ -34,7 +38,7 @@ class Plant:
     step: float
     friction: float = 0.8
     radius: float = POINT
-    softness: float = 2e-3
+    softness: float = HARD
     damping: float = 0.0
     dry_friction: float = 0.0
     armature: float = 0.0
@@ -66,15 +70,9 @@ def mujoco_model(robot: Robot, plant: Plant) -> Any:
     option.gravity = [0.0, 0.0, -robot.gravity]
     option.timestep, option.impratio, option.iterations, option.tolerance = plant.step, 10.0, 100, 1e-10
     option.cone, option.integrator = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    contact = {
-        "friction": [plant.friction, 0.005, 0.0001],
-        "solref": [max(plant.softness, 2.0 * plant.step), 1.0],
-        "solimp": [0.95, 0.999, 0.0005, 0.5, 2.0],
-        "condim": 3,
-    }
     spec.worldbody.add_geom(
         name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0.0, 0.0, -plant.radius], size=[200.0, 200.0, 1.0],
-        contype=0, conaffinity=1, **contact,
+        contype=0, conaffinity=0,
     )  # fmt: skip
     bodies = {0: spec.worldbody.add_body(name=robot.links[0].name, pos=[0.0, 0.0, 1.0])}
     bodies[0].add_freejoint(name="base")
@@ -98,11 +96,26 @@ def mujoco_model(robot: Robot, plant: Plant) -> Any:
     for foot in robot.feet:
         bodies[foot.link].add_geom(
             name=foot.name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[plant.radius, 0.0, 0.0], pos=foot.offset,
-            contype=1, conaffinity=0, **contact,
+            contype=0, conaffinity=0,
         )  # fmt: skip
+        _touches_the_ground(spec, foot.name, plant)
     model = spec.compile()
     _write_inertias(mujoco, model, robot, plant)
     return model
+
+
+def _touches_the_ground(spec: Any, foot: str, plant: Plant) -> None:
+    """Let a foot collide with the ground, soft along the normal only.
+
+    MuJoCo's friction creeps with the time constant of its contacts, which no ground does however soft it is: its own
+    stays that of a hard contact.
+    """
+    pair = spec.add_pair(name=foot, geomname1="ground", geomname2=foot)
+    pair.condim, pair.friction = 3, [plant.friction, plant.friction, 0.005, 0.0001, 0.0001]
+    pair.solimp = [0.95, 0.999, 0.0005, 0.5, 2.0]
+    stiffest = 2.0 * plant.step
+    pair.solref = [max(plant.softness, stiffest), 1.0]
+    pair.solreffriction = [max(min(plant.softness, HARD), stiffest), 1.0]
 
 
 def _from_the_base(robot: Robot) -> list[Any]:
