@@ -53,4 +53,16 @@ def test_the_plant_is_what_was_asked_for() -> None:
     )
     for foot in walker.foot_names:
         assert model.geom(foot).size[0] == 0.02
-        assert model.geom(foot).friction[0] == 0.5
+        pair = model.pair(foot)
+        np.testing.assert_array_equal(pair.friction[:2], 0.5)
+        assert {model.geom(pair.geom1[0]).name, model.geom(pair.geom2[0]).name} == {"ground", foot}
+
+
+@pytest.mark.parametrize(
+    ("softness", "normal", "friction"), [(2e-3, 2e-3, 2e-3), (0.02, 0.02, 2e-3), (1e-4, 1e-3, 1e-3)]
+)
+def test_soft_contacts_are_soft_along_the_normal_only(softness: float, normal: float, friction: float) -> None:
+    """No time constant below two steps, which MuJoCo cannot integrate."""
+    model = mujoco_model(robot("astro"), Plant(step=5e-4, softness=softness))
+    np.testing.assert_array_equal(model.pair_solref[:, 0], normal)
+    np.testing.assert_array_equal(model.pair_solreffriction[:, 0], friction)
