@@ -78,8 +78,7 @@ def _files(folder: Path) -> None:
     """Every file of a run is whole, whichever of them are there."""
     readers = {".json": _json, ".nc": load_trace, ".html": _page}
     for path in folder.rglob("*"):
-        assert not path.name.startswith(".")
-        if path.is_file():
+        if path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts):
             assert path.stat().st_size > 0
             readers.get(path.suffix, Path.read_bytes)(path)
 
@@ -169,7 +168,7 @@ def kill(case: Case, folder: Path, cache: Path, inputs: Path, delay: float, numb
 
 
 def debris(*folders: Path) -> list[Path]:
-    return [path for folder in folders for path in folder.iterdir() if path.name.startswith(".")]
+    return [path for folder in folders for path in folder.rglob(".*")]
 
 
 def second_name(source: str, target: str) -> None:
@@ -199,7 +198,7 @@ def kill_often(name: str, folder: Path, cache: Path, inputs: Path, kills: int, s
         kill(case, folder, cache, inputs, chance.uniform(0.0, duration), number)
     finish(case, folder, cache, inputs)
     assert sorted(os.listdir(folder)) == ["result"]
-    assert not debris(cache)
+    assert not debris(folder, cache)
 
 
 @pytest.mark.parametrize(
