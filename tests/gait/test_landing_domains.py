@@ -12,6 +12,7 @@ import pytest
 
 from amble.analysis import monitors
 from amble.defaults import FREE
+from amble.errors import NotSolvedError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.files import from_dict, load_gait, to_dict
@@ -36,6 +37,7 @@ from amble.synthesis.node_block import parameter_values
 from amble.synthesis.result import from_gait
 from amble.types import Matrix, Vector
 from amble.verification.check import check
+from tests.robots import robot
 
 TROT = Path(__file__).parents[1] / "data" / "trot.json"
 
@@ -360,3 +362,16 @@ def test_a_trot_from_a_cold_start_is_certified(monkeypatch: pytest.MonkeyPatch) 
     assert len(certificate.landing.orders) == 2
     assert certificate.disturbance is not None
     assert certificate.disturbance.returns == 1e-2
+
+
+@pytest.mark.slow
+def test_a_kink_without_a_fixed_point_beside_it_is_seen_in_one_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton jumped across the kink of Go2's trot; the map of either order is smooth, and both land the other way."""
+    monkeypatch.delenv("AMBLE_COMPILER")
+    pattern = replace(gaits.trot(robot("go2")), landing_rule=ONE_BY_ONE)
+    gait = synthesize(gait_problem(pattern.robot, pattern, speed=0.3, intervals=10))
+    with pytest.raises(NotSolvedError):
+        closed_loop_fixed_point(gait)
+    system, found = closed_loop_fixed_point(gait, one_order=True)
+    assert len(system.leaving("D1")) == 1
+    assert found.residual < 1e-10

@@ -14,6 +14,7 @@ import numpy as np
 from amble.control import AllocationLaw
 from amble.control.outputs import selection_matrix
 from amble.control.phase import DomainPhase
+from amble.errors import NotSolvedError, WorkError
 from amble.gait import Feedback, Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.constraints import REFERENCE_ORDER
@@ -22,6 +23,7 @@ from amble.numerics.bezier import fit
 from amble.progress import Progress
 from amble.simulation import Trace, simulate
 from amble.stability.fixed_point import FixedPoint, fixed_point
+from amble.stability.landing_orders import orders_of
 from amble.types import frozen
 
 FIT_SAMPLES = 101
@@ -39,23 +41,54 @@ def without_yaw(system: HybridSystem, mirrored: bool) -> HybridSystem:
 
 
 def closed_loop_fixed_point(
-    gait: Gait, progress: Progress | None = None, law: AllocationLaw | None = None
+    gait: Gait, progress: Progress | None = None, law: AllocationLaw | None = None, one_order: bool = False
 ) -> tuple[HybridSystem, FixedPoint]:
     """Return the closed loop of the solved stances of a gait and its fixed point nearest to the gait's start.
 
     Of a mirrored gait this is half a cycle, closed by the mirror: the multipliers of the full one are the squares.
 
+    Where feet land one by one the map has a kink where all land at once. Newton's steps jump across it, while the map
+    of one order of landing is smooth: its fixed point is the closed loop's where the feet land in that order. They may
+    do so at the fixed point of no order: beside an unstable gait, of which a mesh leaves a small residual, the kinked
+    map need not have one. It has one where one quadratic function falls in all orders, which makes it a contraction.
+
     Args:
         gait: the gait.
         progress: called after every Newton step.
         law: another allocation law than the gait's.
+        one_order: where there is none, return the map of one order and its fixed point instead.
 
     Raises:
         FallError: the closed loop does not return from the gait's start.
         NotSolvedError: Newton does not converge.
     """
     system = without_yaw(closed_loop(gait, law, half=True), gait.pattern.mirrored)
-    return system, fixed_point(system, start_state(gait), progress=progress)
+    try:
+        return system, fixed_point(system, start_state(gait), progress=progress)
+    except NotSolvedError:
+        beside = _in_one_order(gait, progress, law)
+        for _, near in beside:
+            try:
+                return system, fixed_point(system, near.state)
+            except WorkError:
+                continue
+        if beside and one_order:
+            return beside[0]
+        raise
+
+
+def _in_one_order(
+    gait: Gait, progress: Progress | None, law: AllocationLaw | None
+) -> list[tuple[HybridSystem, FixedPoint]]:
+    """Find the fixed points of the smooth maps of all orders of landing; of those that have one."""
+    found = []
+    for order in orders_of(gait):
+        smooth = without_yaw(closed_loop(gait, law, half=True, orders=order), gait.pattern.mirrored)
+        try:
+            found.append((smooth, fixed_point(smooth, start_state(gait), progress=progress)))
+        except WorkError:
+            continue
+    return found
 
 
 def own_feedback(gait: Gait) -> Feedback:
@@ -63,7 +96,7 @@ def own_feedback(gait: Gait) -> Feedback:
 
     Errors as in ``closed_loop_fixed_point``; InputError where the phase does not grow all along the orbit.
     """
-    system, found = closed_loop_fixed_point(replace(gait, feedback=None, control=None))
+    system, found = closed_loop_fixed_point(replace(gait, feedback=None, control=None), one_order=True)
     trace = simulate(system, found.state, 1, FIT_TOLERANCE, samples=FIT_SAMPLES)
     return feedback_on(gait, trace)
 

@@ -106,7 +106,7 @@ class GainSearch:
         if not any(places.values()):
             raise InputError(f"control law '{law.name}' has no positive gains that could be chosen")
         packed = {name: entry.parameters for name, entry in numbers.items()}
-        system, found = closed_loop_fixed_point(whole)
+        system, found = closed_loop_fixed_point(whole, one_order=True)
         feedback: Feedback | None = whole.feedback and replace(whole.feedback, start=np.array(found.state))
         whole = replace(whole, feedback=feedback)
         orbit = _sampled(whole, law, tuple(numbers.values()), system, found)
@@ -168,7 +168,7 @@ class GainSearch:
         feedback = gait.feedback
         if feedback is None:
             raise InputError("a gait without feedback has no orbit of its own to be stabilised")
-        system, found = closed_loop_fixed_point(gait)
+        system, found = closed_loop_fixed_point(gait, one_order=True)
         drift = float(np.abs(found.state - feedback.start)[2:].max())
         if drift > LARGEST_DRIFT:
             raise WorkError(f"new gains moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")

@@ -132,7 +132,7 @@ def bounds_sentences(gait: Gait) -> tuple[str, str]:
 def initial_spectrum(gait: Gait) -> Spectrum:
     """Return the multipliers of the full cycle under the outputs of the gait problem, feedback left out."""
     bare = replace(gait, feedback=None, control=None)
-    _, found = closed_loop_fixed_point(bare)
+    _, found = closed_loop_fixed_point(bare, one_order=True)
     return multipliers(closed_loop(bare), found.state)
 
 

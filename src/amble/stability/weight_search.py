@@ -170,7 +170,7 @@ class WeightSearch:
         _require(gait, free)
         feedback = own_feedback(gait)
         whole = replace(gait, feedback=feedback)
-        system, found = closed_loop_fixed_point(whole)
+        system, found = closed_loop_fixed_point(whole, one_order=True)
         feedback = replace(feedback, start=np.array(found.state))
         return cls(
             gait, feedback, _weighting(whole, feedback, free), _sampled(whole, passages_of(whole, system, found), found)
@@ -192,7 +192,7 @@ class WeightSearch:
             WorkError: it is another gait's.
         """
         gait = self.gait_with(theta)
-        system, found = closed_loop_fixed_point(gait)
+        system, found = closed_loop_fixed_point(gait, one_order=True)
         drift = float(np.abs(found.state - self.feedback.start)[2:].max())
         if drift > LARGEST_DRIFT:
             raise WorkError(f"new output weights moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")
