@@ -12,7 +12,7 @@ FUZZ_GAITS ?= 2000
 FUZZ_SEED ?= 0
 FUZZ := OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m fuzz
 
-.PHONY: help run test slow docs coverage fuzz fuzz-ci lint format bench lock clean
+.PHONY: help run test targets slow docs coverage fuzz fuzz-ci lint format bench lock clean
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -22,6 +22,9 @@ run: $(VENV)/run.stamp  ## the whole paper: gait, certificate, 500 cycles, table
 
 test: $(VENV)/develop.stamp  ## all tests, two at a time
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+targets: $(VENV)/develop.stamp  ## exported C under gcc, clang, cppcheck, sanitizers and on 64-bit ARM
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 -m targets tests/export
 
 slow: $(VENV)/develop.stamp  ## the tests that are too long for `make test`
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -m slow

@@ -33,7 +33,10 @@ def walking_gait(stabilised_gait: Gait) -> Gait:
 
 @pytest.fixture
 def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are composed and their files appear, empty; rendering, most of a report's time, is tests/report's."""
+    """Figures are composed, and their files appear without a picture, which takes most of a report's time.
+
+    Pictures are drawn in tests/report/test_figures.py and test_html.py.
+    """
     leave_unrendered(monkeypatch)
 
 
@@ -43,7 +46,7 @@ def leave_unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def appear(_: Figure, place: Any, **__: Any) -> None:
         if isinstance(place, str | Path):  # else a picture within a page
-            Path(place).write_bytes(b"")
+            Path(place).write_bytes(b"left out")
 
     monkeypatch.setattr(Figure, "savefig", appear)
     monkeypatch.setattr(Figure, "draw_without_rendering", lambda _: None)

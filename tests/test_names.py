@@ -174,7 +174,10 @@ def test_hostile_texts_in_a_gait_file(stabilised_gait: Gait, tmp_path: Path) -> 
     assert min(outcomes.values()) > 8
 
 
-@pytest.mark.parametrize("place", ["status", "solver", "casadi", "law", "unit", "key"])
+@pytest.mark.parametrize(
+    "place",
+    ["status", "key", *(pytest.param(other, marks=pytest.mark.slow) for other in ("solver", "casadi", "law", "unit"))],
+)
 def test_hostile_texts_elsewhere_in_a_gait_file(stabilised_gait: Gait, tmp_path: Path, place: str) -> None:
     file = tmp_path / "gait.json"
     text = save_gait(stabilised_gait, file).read_text()

@@ -35,8 +35,8 @@ def source(function: ca.Function) -> str:
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler on this machine")
-@pytest.mark.parametrize("size", [7, 100, 300])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("size", [7, 300, pytest.param(100, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_parts_equal_the_whole(tmp_path: Path, size: int, seed: int) -> None:
     function = long_function(1300, seed)
     text = cut_into_parts(source(function), [function], size)

@@ -23,6 +23,8 @@ WRITTEN = ("-Wshadow", "-Wstrict-prototypes", "-Wdouble-promotion", "-Wconversio
 HOSTILE = Path(__file__).with_name("hostile.c")
 """Twenty thousand ticks with numbers that are none, clocks that go backwards and flags drawn at random."""
 
+pytestmark = pytest.mark.targets
+
 KINDS = ("linearisation", "impedance", "impedance in float")
 
 

@@ -74,7 +74,7 @@ def test_a_fault_of_a_process_is_seen(
 
 
 def test_every_kind_is_read_without_a_failure(tmp_path: Path) -> None:
-    requests = [(kind.name, seed) for kind in READERS for seed in range(20 if kind.name != "trace" else 4)]
+    requests = [(kind.name, seed) for kind in READERS for seed in range(8 if kind.name != "trace" else 2)]
     tally = run(requests, 1, 300.0, str(tmp_path))
     assert isinstance(tally, Tally)
     assert not tally.failures

@@ -155,6 +155,7 @@ def test_every_order_has_its_derivative(
     assert seen == {0, 1}
 
 
+@pytest.mark.slow
 def test_the_map_of_one_order_is_smooth_where_the_other_comes_first(
     orbit: Vector, in_turn: list[tuple[HybridSystem, Matrix]]
 ) -> None:

@@ -68,6 +68,7 @@ def test_results_have_the_keys_that_readers_expect(run: RunReport) -> None:
     assert simulated == pytest.approx(nominal, rel=1e-5)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_written_run_is_whole(run: RunReport, tmp_path: Path) -> None:
     written = write_run(tmp_path / "astro-amble", run)
     assert all(path.stat().st_size > 0 for path in written)

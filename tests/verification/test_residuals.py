@@ -19,7 +19,7 @@ BIPED = Path(__file__).parents[1] / "data" / "biped-of-small-basin.json"
 LIMITS = ("duration", "normal force", "penetration", "clearance", "position", "speed", "torque limit", "touchdown")
 
 
-@pytest.mark.parametrize(("mass", "length"), [(0.1, 0.05), (1000.0, 3.0)])
+@pytest.mark.parametrize(("mass", "length"), [(0.1, 0.05), pytest.param(1000.0, 3.0, marks=pytest.mark.slow)])
 def test_a_similar_gait_has_the_same_residuals(mass: float, length: float) -> None:
     gait = load_gait(BIPED)
     here, there = check(gait, grid=2), check(similar(gait, mass / gait.robot.mass, length), grid=2)
