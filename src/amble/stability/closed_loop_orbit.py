@@ -50,7 +50,8 @@ def closed_loop_fixed_point(
     Where feet land one by one the map has a kink where all land at once. Newton's steps jump across it, while the map
     of one order of landing is smooth: its fixed point is the closed loop's where the feet land in that order. They may
     do so at the fixed point of no order: beside an unstable gait, of which a mesh leaves a small residual, the kinked
-    map need not have one. It has one where one quadratic function falls in all orders, which makes it a contraction.
+    map need not have one. It has one where one quadratic function falls in all orders, which makes it a contraction,
+    if that holds in a neighbourhood that is large against the residual.
 
     Args:
         gait: the gait.
