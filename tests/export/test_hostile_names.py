@@ -19,6 +19,7 @@ from amble.gait.files import load_gait
 from fuzz.gait_bases import small
 from fuzz.kinds import rehash
 from tests.hostile import ATTACK, ATTACK_ON_ONE_LINE, MARKER
+from tests.test_names import renamed
 
 STRICT = ("-std=c99", "-trigraphs", "-Wall", "-Wextra", "-Werror")
 
@@ -54,14 +55,6 @@ def texts(tree: Any) -> list[str]:
     if isinstance(tree, list):
         return list(dict.fromkeys(text for value in tree for text in texts(value)))
     return [tree] if isinstance(tree, str) else []
-
-
-def renamed(tree: Any, names: Mapping[str, str]) -> Any:
-    if isinstance(tree, dict):
-        return {names.get(key, key): renamed(value, names) for key, value in tree.items()}
-    if isinstance(tree, list):
-        return [renamed(value, names) for value in tree]
-    return names.get(tree, tree) if isinstance(tree, str) else tree
 
 
 def loaded(names: Mapping[str, str], file: Path) -> Gait | None:

@@ -237,12 +237,6 @@ def _fixed(name: str, parent: str, child: str) -> FileJoint:
         child=child,
         rotation=frozen(np.eye(3)),
         translation=frozen(np.zeros(3)),
-        axis=frozen([1.0, 0.0, 0.0]),
-        lower=-np.inf,
-        upper=np.inf,
-        effort=np.inf,
-        velocity=np.inf,
-        mimics=None,
     )
 
 

@@ -235,12 +235,6 @@ def _file_joint(name: str, kind: str, parent: str, child: str, rotation: Matrix,
         child=child,
         rotation=frozen(rotation),
         translation=frozen(place),
-        axis=frozen([1.0, 0.0, 0.0]),
-        lower=-np.inf,
-        upper=np.inf,
-        effort=np.inf,
-        velocity=np.inf,
-        mimics=None,
     )
 
 

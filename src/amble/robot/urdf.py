@@ -10,7 +10,7 @@ import codecs
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -58,12 +58,12 @@ class FileJoint:
     child: str
     rotation: Matrix
     translation: Vector
-    axis: Vector
-    lower: float
-    upper: float
-    effort: float
-    velocity: float
-    mimics: str | None
+    axis: Vector = field(default_factory=lambda: frozen([1.0, 0.0, 0.0]))
+    lower: float = -np.inf
+    upper: float = np.inf
+    effort: float = np.inf
+    velocity: float = np.inf
+    mimics: str | None = None
     mimic: tuple[float, float] = (1.0, 0.0)
     rotor_inertia: float = 0.0
     damping: float = 0.0

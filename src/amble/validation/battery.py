@@ -19,7 +19,7 @@ from amble.progress import Progress, ProgressReport, silent
 from amble.simulation import Trace
 from amble.types import Json
 from amble.validation.loop import Loop, Schedule, Walk
-from amble.validation.mujoco_model import POINT, Plant, mujoco_model
+from amble.validation.mujoco_model import HARD, POINT, Plant, mujoco_model
 from amble.validation.walk_trace import interval_of, walk_trace
 
 CYCLES = 60
@@ -60,7 +60,7 @@ class Case:
     armature: float = 0.0
     balanced: bool = False
     trunk: float = 1.0
-    softness: float = 2e-3
+    softness: float = HARD
     radius: float = POINT
     noise_angle: float = 0.0
     noise_rate: float = 0.0
