@@ -11,9 +11,10 @@ from amble.gait import Gait
 from amble.progress import Progress
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.program import build_program, on_coarse_mesh, require_full_rank
+from amble.synthesis.program import build_program
 from amble.synthesis.result import to_gait
 from amble.synthesis.solve import Start, ipopt, solve_near
+from amble.synthesis.synthesize import require_independent_rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +66,10 @@ def sweep(
     for problem in problems:
         began = time.perf_counter()
         program = build_program(problem, len(problems))
-        start = initial_guess(problem, program.layout) / program.layout.scale
+        natural = initial_guess(problem, program.layout)
+        start = natural / program.layout.scale
         if rows is None:
-            require_full_rank(*on_coarse_mesh(program, start * program.layout.scale))
+            require_independent_rows(program, natural)
             rows = program.program.row_names
         if program.program.row_names != rows or (known is not None and known.variables.size != start.size):
             raise InputError("a sweep goes through problems of one structure: the same stances, outputs, law and mesh")

@@ -119,7 +119,7 @@ def synthesize(
     program = build_program(problem)
     layout = program.layout
     natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
-    _require_full_rank(Structure.of(program), _Point(natural))
+    require_independent_rows(program, natural)
     multipliers = None if start is None else _fitting(start.multipliers, program)
     begin = Start(natural / layout.scale, multipliers)
     solution = solve_near(run, program, begin, begin, tolerance, most_iterations, progress)
@@ -127,6 +127,19 @@ def synthesize(
     if not solution.solved:
         raise GaitNotSolvedError(solution, gait)
     return gait
+
+
+def require_independent_rows(program: GaitProgram, natural: Vector) -> None:
+    """Check once for all programs of a structure that no equality rows depend on each other.
+
+    Args:
+        program: the transcribed problem.
+        natural: unscaled variables, (n_x,).
+
+    Raises:
+        NotSolvedError: names the rows that depend on each other.
+    """
+    _require_full_rank(Structure.of(program), _Point(natural))
 
 
 @dataclass(frozen=True)
@@ -138,7 +151,7 @@ class _Point:
 
 @lru_cache(maxsize=32)
 def _require_full_rank(structure: Structure, point: _Point) -> None:
-    """Check once for all programs of a structure; a failure is no verdict that is kept."""
+    """A failure is no verdict that is kept."""
     require_full_rank(*on_coarse_mesh(structure.program, point.variables))
 
 
