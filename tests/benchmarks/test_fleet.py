@@ -12,6 +12,7 @@ from amble.hybrid.gaits import GAITS
 from amble.version import __version__
 from benchmarks import fleet
 from benchmarks.fleet import Row, resumed, rows, table
+from benchmarks.robot_files import FILES
 
 
 def test_rows_are_fixed_and_different() -> None:
@@ -22,7 +23,7 @@ def test_rows_are_fixed_and_different() -> None:
     assert {row.gait for row in found if row.robot == "go2"} == {*fleet.FOUR, "pronk"}
     assert {row.gait for row in found if row.robot == "hyq"} == {*fleet.FOUR}
     assert {row.gait for row in found if row.robot == "hexapod"} == {"tripod"}
-    assert {row.robot for row in found} == {"astro", "hexapod", *fleet.FILES, *fleet.ABSENT}
+    assert {row.robot for row in found} == {"astro", "hexapod", *FILES, *fleet.ABSENT}
 
 
 def test_an_interrupted_run_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,6 +57,12 @@ def test_a_row_that_is_refused_beforehand_says_why() -> None:
         found = fleet.computed(Row(robot=name, gait="trot", share=0.1))
         assert not found.solved
         assert found.status == reason
+
+
+def test_every_robot_of_a_file_loads() -> None:
+    for name, file in FILES.items():
+        if not file.absent:
+            assert fleet.robot(name).foot_names == tuple(file.feet)
 
 
 def test_the_hexapod_has_its_gait() -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import random
 import re
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import casadi as ca
 import numpy as np
@@ -14,6 +16,7 @@ import pytest
 from amble.errors import InputError
 from amble.robot import Adaptation, Robot, dynamics, kinematics, load_robot
 from amble.types import Vector
+from benchmarks.robot_files import ALIENGO, FILES, MJCF, RobotFile
 from fuzz.bytes import damaged
 from tests.quadruped import FEET, urdf
 from tests.robots import ROBOTS, random_states, robot
@@ -232,3 +235,69 @@ def test_what_mujoco_would_print_is_said_in_words(
     with pytest.raises(InputError, match=says):
         load_robot(Path("robot.xml"), ODD_FEET)
     assert os.listdir() == ["robot.xml"]
+
+
+def described(name: str, kind: RobotFile) -> Robot:
+    if kind.absent:
+        pytest.skip(kind.absent)
+    return load_robot(kind.place(), kind.feet, name=name, adaptation=Adaptation(dry_friction={"*": 0.0}))
+
+
+@pytest.mark.parametrize("name", MJCF)
+def test_published_mjcf_against_mujoco(name: str) -> None:
+    """Rotors and damping are both's; dry friction is left out of both, a constraint there and smooth here."""
+    walker = described(name, MJCF[name])
+    model = mujoco.MjModel.from_xml_path(str(MJCF[name].place()))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS)
+    model.opt.gravity[:] = (0.0, 0.0, -walker.gravity)
+    assert all(joint.rotor_inertia > 0.0 and joint.damping > 0.0 for joint in walker.joints)
+    accelerations_agree(walker, model)
+
+
+@pytest.mark.parametrize("name", MJCF)
+def test_published_mjcf_against_urdf(name: str) -> None:
+    """The pairs tell two machines: other trunks and payloads, and rotors in one only, on the same joints and legs.
+
+    With the bodies of the URDF on the joints of the MJCF file all accelerations are those of the URDF.
+    """
+    urdf = ALIENGO if name == "aliengo" else FILES[name]
+    ours, theirs = described(name, MJCF[name]), described(name, urdf)
+    place = {theirs.legs[foot][number]: joint for foot in ours.legs for number, joint in enumerate(ours.legs[foot])}
+    joints = [ours.joint(place[joint.name]) for joint in theirs.joints]  # in the order of the URDF
+    number = {ours.joint(place[joint.name]).child: joint.child for joint in theirs.joints} | {0: 0}
+    same = replace(
+        theirs,
+        joints=tuple(
+            replace(joint, parent=number[joint.parent], child=own.child, rotor_inertia=0.0, damping=0.0)
+            for joint, own in zip(joints, theirs.joints, strict=True)
+        ),
+    )
+    generator = np.random.default_rng(0)
+    for q, v in zip(*random_states(theirs, 3), strict=True):
+        force = np.concatenate([np.zeros(6), generator.normal(size=len(joints))])
+        one, other = (
+            np.linalg.solve(
+                np.asarray(dynamics.mass_matrix(walker, q)), force - np.asarray(dynamics.bias(walker, q, v)).ravel()
+            )
+            for walker in (same, theirs)
+        )
+        np.testing.assert_allclose(one, other, atol=1e-10 * np.abs(other).max(), rtol=0.0)
+
+
+@pytest.mark.parametrize("name", ["go2", "mini_cheetah", "aliengo", "vision60"])
+def test_published_urdf_against_mujoco(name: str) -> None:
+    """MuJoCo reads the URDF itself: the reader of MJCF and that of URDF agree with one engine."""
+    file = ALIENGO if name == "aliengo" else FILES[name]
+    walker = described(name, file)
+    tree = ElementTree.parse(file.place())
+    for link in tree.getroot().iter("link"):
+        for shape in [part for part in link if part.tag in ("visual", "collision")]:
+            link.remove(shape)
+    ElementTree.SubElement(ElementTree.SubElement(tree.getroot(), "mujoco"), "compiler", {"fusestatic": "false"})
+    spec = mujoco.MjSpec.from_string(ElementTree.tostring(tree.getroot()).decode())
+    next(iter(spec.worldbody.bodies)).add_freejoint()
+    model = spec.compile()
+    model.opt.gravity[:] = (0.0, 0.0, -walker.gravity)
+    model.dof_damping[:], model.dof_frictionloss[:] = 0.0, 0.0
+    still = replace(walker, joints=tuple(replace(joint, damping=0.0) for joint in walker.joints))
+    accelerations_agree(still, model)

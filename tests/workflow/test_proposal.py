@@ -14,7 +14,8 @@ from amble.robot.urdf import read_urdf
 from amble.synthesis.specification import RobotSection, read_specification
 from amble.synthesis.specified import OF_FILES, problem_of, robot_of
 from amble.workflow.proposal import _adaptation, _robot, described, written
-from tests.robots import _FILES, _folder, path
+from benchmarks.robot_files import FILES
+from tests.robots import _FILES, path
 
 
 @pytest.mark.parametrize("name", [*_FILES, "astro"])
@@ -89,10 +90,10 @@ def test_the_file_is_read_once(monkeypatch: pytest.MonkeyPatch, caplog: pytest.L
 
 
 def test_two_legs_are_left_and_right() -> None:
-    folder = _folder()
-    if folder is None:
-        pytest.skip("the wheel example-robot-data is not installed")
-    assert proposed_feet(folder / "bolt_description/robots/bolt.urdf") == {"l": "FL_FOOT", "r": "FR_FOOT"}
+    bolt = FILES["bolt"]
+    if bolt.absent:
+        pytest.skip(bolt.absent)
+    assert proposed_feet(bolt.place()) == bolt.feet
 
 
 def test_what_has_no_legs_gets_no_proposal(tmp_path: Path) -> None:
