@@ -15,6 +15,7 @@ from amble.errors import InputError
 from amble.gait.files import load_gait
 from amble.robot import Robot
 from amble.robot.parts import Foot, Joint, Link
+from amble.robot.validation import MOST_JOINTS
 from amble.types import frozen
 from tests.robots import robot
 
@@ -147,6 +148,23 @@ def _bound(value: float) -> Any:
 
 def _foot(entry: Any, part: Foot) -> Any:
     return {**entry, "link": part.link, "offset": {**entry["offset"], "value": part.offset.tolist()}}
+
+
+def test_a_robot_of_more_joints_than_are_computed_is_refused_at_once() -> None:
+    """The mass matrix of a drawn file with 274 joints and a link without mass took 50 s of processor time."""
+    last = robot("astro").joints[-1]
+    count = len(robot("astro").joints)
+    more = range(count + 1, MOST_JOINTS + 2)
+    joints = [replace(last, name=f"more {number}", parent=number - 1, child=number) for number in more]
+    links = [replace(robot("astro").links[-1], name=f"more {number}") for number in more]
+
+    def longer(by: int) -> Robot:
+        whole = robot("astro")
+        return replace(whole, joints=(*whole.joints, *joints[:by]), links=(*whole.links, *links[:by]))
+
+    assert len(longer(MOST_JOINTS - count).joints) == MOST_JOINTS
+    with pytest.raises(InputError, match=f"has {MOST_JOINTS + 1} moving joints, at most {MOST_JOINTS}.*locked"):
+        longer(MOST_JOINTS + 1 - count)
 
 
 def test_a_link_without_mass_inside_a_leg_is_a_robot() -> None:

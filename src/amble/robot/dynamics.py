@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 Composite = tuple[float, ca.SX, ca.SX]
 """Mass, first moment and inertia about the origin of a link with all that it carries, link axes."""
 
+Entries = dict[tuple[int, int], ca.SX]
+"""Row and column -> entry of a symmetric matrix, either of a pair."""
+
 
 def mass_matrix(robot: Robot, q: Any) -> Any:
     """Return D, (n_q, n_q), symmetric; entries between different legs are structurally zero."""
@@ -119,48 +122,52 @@ def composite_rigid_body(robot: Robot, q: ca.SX) -> ca.SX:
     """Return D, (n_q, n_q), with structural zeros between different legs."""
     frames = joint_frames(robot, q)
     bodies = _composites(robot, frames)
-    matrix = ca.SX(robot.size, robot.size)
-    _enter_base(matrix, q, bodies[0])
+    entries: Entries = {}
+    _enter_base(entries, q, bodies[0])
     for j in range(len(robot.joints)):
-        _enter_joint(matrix, robot, q, frames, j, bodies[robot.joints[j].child])
-    return ca.sparsify(matrix)
+        _enter_joint(entries, robot, q, frames, j, bodies[robot.joints[j].child])
+    return _symmetric_matrix(entries, robot.size)
 
 
-def _enter(matrix: ca.SX, row: int, column: int, value: ca.SX) -> None:
-    matrix[row, column] = value
-    matrix[column, row] = value
+def _symmetric_matrix(entries: Entries, size: int) -> ca.SX:
+    """Return the matrix at once: an entry that is set in a sparse matrix costs as much as all before it."""
+    whole = {(column, row): value for (row, column), value in entries.items()} | entries
+    places = sorted(whole, key=lambda place: place[::-1])
+    rows, columns = zip(*places, strict=True)
+    values = ca.vertcat(*(whole[place] for place in places))
+    return ca.sparsify(ca.SX(ca.Sparsity.triplet(size, size, rows, columns), values))
 
 
-def _enter_base(matrix: ca.SX, q: ca.SX, body: Composite) -> None:
+def _enter_base(entries: Entries, q: ca.SX, body: Composite) -> None:
     """Enter the block of the six base coordinates."""
     mass, first_moment, inertia = body
     axes = angle_axes(q)
     angular = inertia @ axes
     for i in range(3):
-        matrix[i, i] = mass
+        entries[i, i] = ca.SX(mass)
         force = base_rotation(q) @ cross(axes[:, i], first_moment)
         for k in range(3):
-            _enter(matrix, k, 3 + i, force[k])
+            entries[k, 3 + i] = force[k]
         for k in range(i + 1):
-            _enter(matrix, 3 + k, 3 + i, ca.dot(axes[:, k], angular[:, i]))
+            entries[3 + k, 3 + i] = ca.dot(axes[:, k], angular[:, i])
 
 
-def _enter_joint(matrix: ca.SX, robot: Robot, q: ca.SX, frames: Frames, j: int, body: Composite) -> None:
+def _enter_joint(entries: Entries, robot: Robot, q: ca.SX, frames: Frames, j: int, body: Composite) -> None:
     """Enter the row of a joint: the wrench that accelerates it, seen by every joint below and by the base."""
     _, first_moment, inertia = body
     axis = constant(robot.joints[j].axis)
     force, moment = cross(axis, first_moment), inertia @ axis
-    _enter(matrix, 6 + j, 6 + j, ca.dot(axis, moment))
+    entries[6 + j, 6 + j] = ca.dot(axis, moment)
     for below in reversed(robot.chain(robot.joints[j].child)):
         if below != j:
-            _enter(matrix, 6 + j, 6 + below, ca.dot(constant(robot.joints[below].axis), moment))
+            entries[6 + j, 6 + below] = ca.dot(constant(robot.joints[below].axis), moment)
         arm, rotation = frames.translations[below], frames.rotations[below]
         force = rotation @ force
         moment = rotation @ moment + cross(arm, force)
     force, moment = base_rotation(q) @ force, angle_axes(q).T @ moment
     for k in range(3):
-        _enter(matrix, 6 + j, k, force[k])
-        _enter(matrix, 6 + j, 3 + k, moment[k])
+        entries[6 + j, k] = force[k]
+        entries[6 + j, 3 + k] = moment[k]
 
 
 def _composites(robot: Robot, frames: Frames) -> list[Composite]:

@@ -13,6 +13,9 @@ from amble.robot.parts import Foot, Joint, Link, check_bounded
 ROUNDING = 1e-9
 """What roundoff may take from a moment of inertia, as a share of the robot's largest, or add to a frame."""
 
+MOST_JOINTS = 100
+"""Moving joints of a robot: its mass matrix, and every function of a gait, grows with their square at least."""
+
 
 def check_numbers(name: str, gravity: float, symmetry_tolerance: float) -> None:
     """Refuse a gravity that does not pull down, and a tolerance that is none.
@@ -54,6 +57,11 @@ def check_tree(name: str, links: Sequence[Link], joints: Sequence[Joint], feet: 
         InputError: in one sentence, with the link, joint or foot.
     """
     robot = f"robot '{shown(name)}'"
+    if len(joints) > MOST_JOINTS:
+        raise InputError(
+            f"{robot} has {len(joints)} moving joints, at most {MOST_JOINTS} are computed; lock the others "
+            "(locked = { joint = angle } in [robot], or Adaptation(locked=...))"
+        )
     if len(links) != len(joints) + 1:
         raise InputError(f"{robot} has {len(links)} links on {len(joints)} joints; there is one more link than joints")
     below: dict[int, list[int]] = {}
