@@ -9,7 +9,7 @@ from functools import lru_cache
 import casadi as ca
 
 from amble.codegen import compile_all
-from amble.control.closed_loop import StanceLoop
+from amble.control.closed_loop import Flow, StanceLoop
 from amble.control.stance_functions import fall_margin, function, guard, reset, signals
 from amble.hybrid import Contacts, GaitPattern, Switch
 from amble.hybrid.constrained_dynamics import StandingEquations, selection
@@ -62,6 +62,11 @@ def driven_loops(
     native = compile_all(sources, derivatives)
     names = [switch.source.name for switch in pattern.switches]
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
+
+
+def driven_flow(contacts: Contacts, torques: Torques, size: int) -> Flow:
+    """Compile the motion on some feet alone, without the events of a stance; arguments as in ``driven_loops``."""
+    return Flow(**compile_all({"loop": _driven_flow(contacts, torques, size)})["loop"])
 
 
 def driven_motion(

@@ -16,7 +16,6 @@ from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
 from amble.gait.linearising_law import control_of
-from amble.hybrid import SIMULTANEOUS
 from amble.io.storage import check_replaceable, replacing_folder
 from amble.version import __version__
 
@@ -61,20 +60,13 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
         folder: where to write; it is made where it does not exist, and may hold nothing but an earlier controller.
 
     Raises:
-        InputError: where a stance has no feet, feet land one by one under ``Impedance``, or the folder cannot be
-            written or holds other files.
+        InputError: where a stance has no feet, or the folder cannot be written or holds other files.
         WorkError: where writing fails for another reason, or the generated code has an unknown form.
     """
     control = control_of(gait)
     if not isinstance(control, Impedance):
         return export_state_controller(gait, law, folder)
     _require(gait, folder)
-    if len(gait.pattern.visited) > len(gait.pattern.stances):
-        raise InputError(
-            f"the landing rule '{gait.pattern.landing_rule}' needs the whole state between two landings, which the "
-            "controller of the impedance law does not read; export the gait's other control law, or let its feet land "
-            f"'{SIMULTANEOUS}'"
-        )
     code, vectors = impedance_texts(gait, control, law)
     comments = _comments(gait, law or gait.law)
     draft = {**impedance_files(code, comments, "0"), **vectors}

@@ -10,15 +10,14 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.export.code import build_rules, filled, template
-from amble.export.law import numbers, torque_limits, whole_numbers
+from amble.export.law import YOUNG, numbers, torque_limits, whole_numbers
+from amble.export.stances import exported_stances, switch_tables
 from amble.export.vectors import A_STANCE, DAMPING, DISTURBANCE, OK, SATURATED, SEED
 from amble.gait import Gait
 from amble.gait.impedance import HOLD, Impedance, references
+from amble.gait.landing_stances import landings
 from amble.numerics.pieces import ORDER
 from amble.types import Matrix, Vector
-
-EARLIEST = 0.5
-"""Share of the planned duration before which no foot ends a stance: one that has just lifted may still touch."""
 
 LONGEST = 0.25
 """Longest step of the controller's clock, as a share of the shortest domain."""
@@ -31,10 +30,12 @@ REAL = "AMBLE_REAL"
 
 @dataclass(frozen=True, kw_only=True)
 class DomainTable:
-    """The packed parameters of one solved domain by their parts; see ``gait.impedance``.
+    """The packed parameters of one solved domain, or of a stance between landings, by their parts.
+
+    See ``gait.impedance``.
 
     Attributes:
-        duration: planned, s.
+        duration: planned, s; between landings that of the next domain.
         end: of the pieces, s.
         hold: when the references stand still, s.
         stiffness: P, (n_joints,), N m/rad.
@@ -56,13 +57,13 @@ class DomainTable:
     packed: Vector
 
     @classmethod
-    def of(cls, packed: Vector, joints: int) -> DomainTable:
+    def of(cls, packed: Vector, joints: int, duration: float) -> DomainTable:
         """Take packed parameters apart."""
         rest = packed[2 + 2 * joints :]
         count = rest.size // (2 + 2 * joints * (ORDER + 1))
         curves = rest[2 * count :]
         return cls(
-            duration=float(packed[1]) / HOLD,
+            duration=duration,
             end=float(packed[0]),
             hold=float(packed[1]),
             stiffness=packed[2 : 2 + joints],
@@ -80,12 +81,19 @@ def impedance_texts(gait: Gait, control: Impedance, law: AllocationLaw | None) -
     Errors as in ``Impedance.numbers``.
     """
     joints = len(gait.robot.joints)
-    domains = [DomainTable.of(entry.parameters, joints) for entry in control.numbers(gait, law)]
+    domains = [
+        DomainTable.of(entry.parameters, joints, float(entry.parameters[1]) / HOLD)
+        for entry in control.numbers(gait, law)
+    ]
+    between = control.landing_numbers(gait, law)
+    for stance, following in landings(gait):
+        planned = domains[gait.pattern.solved.index(following)].duration
+        domains.append(DomainTable.of(between[stance.name].parameters, joints, planned))
     code = {
         "JOINT_COUNT": str(joints),
         "FOOT_COUNT": str(len(gait.robot.feet)),
-        "STANCE_COUNT": str(len(gait.pattern.stances)),
-        "EARLIEST": repr(EARLIEST),
+        "GAIT_STANCES": str(len(gait.pattern.stances)),
+        "STANCE_COUNT": str(len(gait.pattern.visited)),
         "HOLD": f"{HOLD:g}",
         "LONGEST": repr(LONGEST * min(domain.duration for domain in domains)),
         "DAMPING": repr(DAMPING),
@@ -108,7 +116,6 @@ def impedance_files(code: Mapping[str, str], comments: Mapping[str, str], conten
 
 def _tables(gait: Gait, domains: Sequence[DomainTable]) -> str:
     robot, pattern = gait.robot, gait.pattern
-    masks = [sum(1 << robot.foot_names.index(foot) for foot in stance.feet) for stance in pattern.stances]
     first = np.cumsum([0, *(domain.places.shape[1] for domain in domains)])
     joints = robot.mirror.joints if pattern.mirrored else None
     index = np.arange(len(robot.joints)) if joints is None else joints.index
@@ -120,23 +127,23 @@ def _tables(gait: Gait, domains: Sequence[DomainTable]) -> str:
 
     return "\n".join(
         [
-            f"#define SOLVED {len(domains)}",
+            f"#define LAWS {len(domains)}",
             f"#define COEFFICIENTS {ORDER + 1}",
+            f"#define YOUNG {YOUNG!r}",
             "",
-            "/* Feet on the ground in every stance, one bit a foot. */",
-            f"static const unsigned DOWN[AMBLE_STANCES] = {{{', '.join(f'{mask}u' for mask in masks)}}};",
+            *switch_tables(gait),
             "/* Planned duration, end of the curves, and when the references stand still, s. */",
-            numbers("DURATION", "SOLVED", [domain.duration for domain in domains], REAL),
-            numbers("END", "SOLVED", [domain.end for domain in domains], REAL),
-            numbers("HOLD", "SOLVED", [domain.hold for domain in domains], REAL),
-            "/* Pieces of a domain: FIRST[domain] up to FIRST[domain + 1]; their begin and half length, s. */",
-            whole_numbers("FIRST", "SOLVED + 1", first),
+            numbers("DURATION", "LAWS", [domain.duration for domain in domains], REAL),
+            numbers("END", "LAWS", [domain.end for domain in domains], REAL),
+            numbers("HOLD", "LAWS", [domain.hold for domain in domains], REAL),
+            "/* Pieces of a law: FIRST[law] up to FIRST[law + 1]; their begin and half length, s. */",
+            whole_numbers("FIRST", "LAWS + 1", first),
             table("BEGINS", [domain.places[0] for domain in domains]),
             table("HALVES", [domain.places[1] for domain in domains]),
             "/* Coefficients of the powers of xi, -1 to 1 over a piece: piece by piece, joint by joint; rad, N m. */",
             table("ANGLES", [domain.angles for domain in domains]),
             table("TORQUES", [domain.torques for domain in domains]),
-            "/* Domain by domain, joint by joint: N m/rad, N m s/rad. */",
+            "/* Law by law, joint by joint: N m/rad, N m s/rad. */",
             table("STIFFNESS", [domain.stiffness for domain in domains]),
             table("DAMPING", [domain.damping for domain in domains]),
             numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait), REAL),
@@ -152,14 +159,14 @@ def _vectors(gait: Gait, domains: Sequence[DomainTable]) -> str:
     """The largest torque of the orbit, then one line a call: stance, clock, angles, rates, command, status."""
     joints, generator = len(gait.robot.joints), np.random.default_rng(SEED)
     lines, peak = [], 0.0
-    for number in range(len(gait.pattern.stances)):
-        table = domains[number % len(domains)]
+    for number, entry in enumerate(exported_stances(gait)):
+        table = domains[entry.law]
         t, p = ca.SX.sym("t"), ca.SX.sym("p", table.packed.size)
         function = ca.Function("references", [t, p], list(references(p, joints, t)))
-        for clock in np.linspace(0.0, 1.02 * HOLD * table.duration, A_STANCE):
+        for clock in np.linspace(0.0, 1.02 * table.hold, A_STANCE):
             command = [np.asarray(part).ravel() for part in function(float(clock), table.packed)]
             command += [table.stiffness, table.damping]
-            if number >= len(domains):
+            if entry.mirrored:
                 mirror = gait.robot.mirror.joints
                 command = [mirror(part) for part in command[:3]] + [part[mirror.index] for part in command[3:]]
             peak = max(peak, float(np.abs(command[2]).max()))

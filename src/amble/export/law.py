@@ -16,10 +16,11 @@ from amble.control.stance_functions import StanceMotion
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
 from amble.export.code import comment
-from amble.export.stances import landing_stances, switch_tables
+from amble.export.stances import switch_tables
 from amble.gait import Gait
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.control_law import Numbers, TorqueLaw
+from amble.gait.landing_stances import landings
 from amble.gait.linearising_law import InputOutputLinearisation, control_of
 from amble.hybrid import Stance, impact
 from amble.names import identifier
@@ -29,8 +30,8 @@ from amble.types import Vector
 FREE = 1e30
 """Torque limit of a joint that has none, N m."""
 
-EARLIEST = 0.5
-"""Share of the planned duration before which no flag ends a stance: a foot that has just lifted may still touch."""
+YOUNG = 0.5
+"""Share of the planned duration before which every foot of a stance has to touch, and feet that just lifted may."""
 
 LATEST = 2.0
 """Share of the planned duration after which a stance counts as late."""
@@ -60,24 +61,32 @@ def stance_laws(gait: Gait, law: AllocationLaw | None) -> list[StanceLaw]:
         InputError: the control law gives no torques as expressions, or an allocation law is given and it takes none.
     """
     control, solved = control_of(gait), gait.pattern.solved
-    stances = [*((stance, stance) for stance in solved), *landing_stances(gait)]
+    stances = [*((stance, stance) for stance in solved), *landings(gait)]
     if isinstance(control, InputOutputLinearisation):
         gait = replace(gait, gains=(control.position_gain, control.velocity_gain))
         return [_linearising(gait, law or gait.law, following, stance) for stance, following in stances]
     if isinstance(control, TorqueLaw):
-        numbers = dict(zip(solved, control.numbers(gait, law), strict=True))
-        return [_driven(gait, control, following, stance, numbers[following]) for stance, following in stances]
+        numbers = dict(zip((stance.name for stance in solved), control.numbers(gait, law), strict=True))
+        between = control.landing_numbers(gait, law)
+        return [
+            _driven(gait, control, stance if stance.name in between else following, stance,
+                    between.get(stance.name, numbers[following.name]), following.name)
+            for stance, following in stances
+        ]  # fmt: skip
     raise InputError(f"control law '{control.name}' gives no torques as expressions, so it cannot be exported")
 
 
-def _driven(gait: Gait, control: TorqueLaw, following: Stance, stance: Stance, numbers: Numbers) -> StanceLaw:
+def _driven(
+    gait: Gait, control: TorqueLaw, following: Stance, stance: Stance, numbers: Numbers, planned: str
+) -> StanceLaw:
+    """Write the law of a stance; ``following`` is the stance itself where the law has one of its own for it."""
     contacts = gait.pattern.contacts(following)
     symbols = [ca.SX.sym("t"), ca.SX.sym("x", 2 * gait.robot.size), ca.SX.sym("p", numbers.parameters.size)]
     at = _LawPoint.of(gait, following, stance, symbols)
     motion = driven_motion(contacts, control.torques, numbers.parameters.size, at.symbols)[1]
-    duration = next(part.duration for part in gait.domains if part.name == following.name)
+    duration = next(part.duration for part in gait.domains if part.name == planned)
     if gait.feedback is not None:
-        duration = gait.feedback.durations[following.name]
+        duration = gait.feedback.durations[planned]
     return StanceLaw(stance, at.function(gait, motion), numbers.parameters, float(duration))
 
 
@@ -154,7 +163,7 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
         f"#define LAWS {len(laws)}",
         f"#define ARGUMENTS {arguments}",
         f"#define RESULTS {results}",
-        f"#define EARLIEST {EARLIEST!r}",
+        f"#define YOUNG {YOUNG!r}",
         f"#define LATEST {LATEST!r}",
         f"#define SMALLEST_PIVOT {smallest_pivot!r}",
         "",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amble.gait import Gait
-from amble.gait.landing_domains import between, entering, twin
+from amble.gait.landing_stances import entering, landings, twin
 from amble.hybrid import Stance
 
 
@@ -29,12 +29,6 @@ class ExportedStance:
     after: tuple[str, ...]
 
 
-def landing_stances(gait: Gait) -> list[tuple[Stance, Stance]]:
-    """Return the stances between the landings into every solved stance, each with that stance."""
-    solved = gait.pattern.solved
-    return [(stance, solved[n]) for n in range(len(solved)) for stance in between(gait, entering(gait, n))]
-
-
 def exported_stances(gait: Gait) -> list[ExportedStance]:
     """Return all stances in the order of their numbers in C, which is that of ``GaitPattern.visited``."""
     pattern, count = gait.pattern, len(gait.pattern.stances)
@@ -49,7 +43,7 @@ def exported_stances(gait: Gait) -> list[ExportedStance]:
         )
         for number, stance in enumerate(pattern.stances)
     }
-    for place, (stance, following) in enumerate(landing_stances(gait), start=solved):
+    for place, (stance, following) in enumerate(landings(gait), start=solved):
         number = pattern.solved.index(following)
         switches = [(entering(gait, number), stance)]
         if pattern.mirrored:

@@ -10,8 +10,9 @@ import numpy as np
 from amble.control.motion_equations import SMALLEST_PIVOT
 from amble.errors import InputError
 from amble.export.law import StanceLaw, torque_limits
-from amble.export.stances import ExportedStance, exported_stances, landing_stances
+from amble.export.stances import ExportedStance, exported_stances
 from amble.gait import Gait
+from amble.gait.landing_stances import landings
 from amble.hybrid import Stance
 from amble.hybrid.system import numeric
 from amble.types import IntegerVector, Vector
@@ -90,7 +91,7 @@ def smallest_pivot(gait: Gait, laws: Sequence[StanceLaw]) -> float:
 
 def _following(gait: Gait, stance: Stance) -> int:
     """Number of the solved stance that the landings of a stance lead into."""
-    return next(gait.pattern.solved.index(solved) for known, solved in landing_stances(gait) if known == stance)
+    return next(gait.pattern.solved.index(solved) for known, solved in landings(gait) if known == stance)
 
 
 def _states(gait: Gait, solved: int, generator: np.random.Generator) -> Iterator[tuple[float, Vector, Vector]]:

@@ -9,17 +9,9 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop
-from amble.gait.control_law import ControlLaw, Numbers
-from amble.gait.landing_domains import (
-    between,
-    continued,
-    entering,
-    follows,
-    landing_domain,
-    landing_steps,
-    landing_transition,
-    twin,
-)
+from amble.gait.control_law import ControlLaw, Numbers, TorqueLaw
+from amble.gait.landing_domains import continued, driven_landing_domain, landing_domain, landing_transition
+from amble.gait.landing_stances import between, entering, follows, landing_steps, twin
 from amble.gait.linearising_law import control_of
 from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
 from amble.gait.record import Gait
@@ -66,7 +58,7 @@ def closed_loop(
     if whole:
         twins = pattern.stances[len(solved) :]
         domains += [mirrored_domain(pattern, stance.name, domain) for stance, domain in zip(twins, solved, strict=True)]
-    domains += _landing_domains(gait, loops, solved, whole)
+    domains += _landing_domains(gait, loops, solved, whole, (control, control.landing_numbers(gait, law)))
     known = {domain.name: domain for domain in domains}
     transitions = _transitions(gait, loops, known, half, orders or {})
     names = (*gait.robot.coordinate_names, *(f"{RATE}{name}" for name in gait.robot.coordinate_names))
@@ -118,12 +110,25 @@ def _transition(gait: Gait, loop: StanceLoop, switch: Switch, last: bool, half: 
     return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, direction=-1)
 
 
-def _landing_domains(gait: Gait, loops: Sequence[StanceLoop], solved: Sequence[Domain], whole: bool) -> list[Domain]:
-    """The domains between landings into every solved stance; with the mirrored half, into the mirrored ones too."""
+def _landing_domains(
+    gait: Gait,
+    loops: Sequence[StanceLoop],
+    solved: Sequence[Domain],
+    whole: bool,
+    own: tuple[ControlLaw, Mapping[str, Numbers]],
+) -> list[Domain]:
+    """The domains between landings into every solved stance; with the mirrored half, into the mirrored ones too.
+
+    ``own`` is the control law and what it is between landings, where it is not the law of the next stance.
+    """
+    control, numbers = own
     pattern, found = gait.pattern, list[Domain]()
     for number, (loop, following) in enumerate(zip(loops, solved, strict=True)):
         for stance in between(gait, entering(gait, number)):
-            domain = landing_domain(pattern, loop, following, pattern.solved[number], stance)
+            if stance.name in numbers and isinstance(control, TorqueLaw):
+                domain = driven_landing_domain(pattern, control, numbers[stance.name], stance)
+            else:
+                domain = landing_domain(pattern, loop, following, pattern.solved[number], stance)
             found.append(domain)
             if whole:
                 image = twin(gait, pattern.all_switches[number - 1 + len(solved)], stance)

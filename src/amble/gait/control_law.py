@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import casadi as ca
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import StanceLoop
-from amble.control.driven_loop import driven_loops
+from amble.control.closed_loop import Flow, StanceLoop
+from amble.control.driven_loop import driven_flow, driven_loops
 from amble.errors import InputError
 from amble.hybrid import Contacts, Stance, Symmetry
 from amble.io.registry import Registry
@@ -64,6 +64,15 @@ class ControlLaw(ABC):
         Raises:
             InputError: an allocation law is given, and this law does not allocate; or the law does not fit the gait.
         """
+
+    def landing_numbers(self, gait: Gait, allocation: AllocationLaw | None) -> Mapping[str, Numbers]:
+        """Return what the law is between the landings of feet that land one by one: stance -> numbers.
+
+        None: the torques of the next stance at its entry, behind the impact of all its feet, with the legs that have
+        still to land going on at their joints' rates (docs/theory/hybrid-model.md, eq. 21 and 22).
+        """
+        del gait, allocation
+        return {}
 
     @abstractmethod
     def loops(
@@ -122,6 +131,10 @@ class TorqueLaw(ControlLaw):
         """
         del values
         raise InputError(f"control law '{self.name}' has no gains that could be chosen")
+
+    def landing_flow(self, contacts: Contacts, numbers: Numbers) -> Flow:
+        """Compile the motion between two landings under ``landing_numbers``, on the feet that have landed."""
+        return driven_flow(contacts, self.torques, numbers.parameters.size)
 
     def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
         """Return ``packed`` and ``breakpoints``."""

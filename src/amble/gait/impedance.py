@@ -6,7 +6,7 @@ springs and dampers of constant gains about the orbit's joint angles. It reads j
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -15,12 +15,15 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.allocation.law import finite
+from amble.control.landing import landing_plant, stopping
 from amble.errors import InputError, UnknownNameError, shown
 from amble.gait.control_law import CONTROL_LAWS, Numbers, TorqueLaw
+from amble.gait.landing_stances import landings
 from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.record import Gait
 from amble.hybrid import Contacts, Stance
-from amble.numerics.pieces import ORDER, evaluated, padded
+from amble.hybrid.system import numeric
+from amble.numerics.pieces import ORDER, Pieces, evaluated, padded
 from amble.robot import Robot
 from amble.types import Vector, frozen
 
@@ -49,7 +52,8 @@ class Impedance(TorqueLaw):
         stance_damping: D of those, N m s/rad.
         swing_stiffness: P of the other joints, N m/rad; where none is given, the last joint of a leg has less.
         swing_damping: D of those, N m s/rad.
-        stiffness: P of single joints in single domains, "DOMAIN JOINT" -> N m/rad.
+        stiffness: P of single joints in single domains, "DOMAIN JOINT" -> N m/rad; where feet land one by one, also in
+            the stances between two landings.
         damping: D of those, N m s/rad.
 
     Raises:
@@ -100,11 +104,7 @@ class Impedance(TorqueLaw):
         return {key: dict(v) if isinstance(v, Mapping) else v for key, v in vars(self).items() if v not in (None, {})}
 
     def joint_gains(self, robot: Robot, stance: Stance) -> tuple[Vector, Vector]:
-        """Return P, N m/rad, and D, N m s/rad, of all joints in a stance, (n_joints,) each.
-
-        Raises:
-            UnknownNameError: a gain names a joint that the robot does not have.
-        """
+        """Return P, N m/rad, and D, N m s/rad, of all joints in a stance, (n_joints,) each."""
         length = robot.leg_length
         scale = robot.mass * robot.gravity * length
         units = scale, scale * float(np.sqrt(length / robot.gravity))
@@ -115,9 +115,6 @@ class Impedance(TorqueLaw):
             single, stand, swing = (vars(self)[name] for name in (what, f"stance_{what}", f"swing_{what}"))
             high = on * unit if stand is None else stand
             low, last = (off * unit, end * unit) if swing is None else (swing, swing)
-            for key in single:
-                if key.partition(" ")[2] not in robot.joint_names:
-                    raise UnknownNameError(f"joint with a {what} of its own", key.partition(" ")[2], robot.joint_names)
             usual = [high if joint in standing else last if joint in ends else low for joint in robot.joint_names]
             values = [single.get(f"{stance.name} {j}", own) for j, own in zip(robot.joint_names, usual, strict=True)]
             found.append(frozen(values))
@@ -134,26 +131,73 @@ class Impedance(TorqueLaw):
         Raises:
             InputError: the gait does not hold its closed loop's own orbit.
         """
-        known = [stance.name for stance in gait.pattern.solved]
-        for key in (*self.stiffness, *self.damping):
-            if key.partition(" ")[0] not in known:
-                raise UnknownNameError("domain with a gain of its own", key.partition(" ")[0], known)
+        self._check_names(gait)
         arcs = orbit_arcs(gait, allocation or gait.law)
         return tuple(
             self._of_arc(gait.robot, stance, arc) for stance, arc in zip(gait.pattern.solved, arcs, strict=True)
         )
 
     def _of_arc(self, robot: Robot, stance: Stance, arc: OrbitArc) -> Numbers:
+        hold, end = HOLD * arc.duration, float(arc.torques.breaks[-1])
+        packed = self._packed(robot, stance, (end, hold), [arc.joints, arc.torques])
+        return Numbers(parameters=packed, breakpoints=(*map(float, arc.torques.breaks[1:]), hold))
+
+    def _packed(self, robot: Robot, stance: Stance, ends: tuple[float, float], curves: Sequence[Pieces]) -> Vector:
+        """Pack end and hold, gains, and the pieces of angles and torques, which are cut at the same places."""
         P, D = self.joint_gains(robot, stance)
-        hold = HOLD * arc.duration
-        count = -(-arc.torques.count // GROUP) * GROUP
-        places, angles = padded(arc.joints, count)
-        _, torques = padded(arc.torques, count)
-        end = arc.torques.breaks[-1]
-        parts = [np.array([end, hold]), P, D, places.ravel(), angles.ravel(), torques.ravel()]
-        return Numbers(
-            parameters=frozen(np.concatenate(parts)), breakpoints=(*map(float, arc.torques.breaks[1:]), hold)
-        )
+        count = -(-curves[0].count // GROUP) * GROUP
+        (places, angles), (_, torques) = (padded(pieces, count) for pieces in curves)
+        return frozen(np.concatenate([np.array(ends), P, D, places.ravel(), angles.ravel(), torques.ravel()]))
+
+    def _check_names(self, gait: Gait) -> None:
+        """Refuse a gain of a domain or a joint that there is not."""
+        joints, stances = gait.robot.joint_names, [*gait.pattern.solved, *(stance for stance, _ in landings(gait))]
+        names = [stance.name for stance in stances]
+        for what in SINGLE:
+            for key in vars(self)[what]:
+                if any(key == f"{name} {joint}" for name in names for joint in joints):
+                    continue
+                domain = next((key[: -len(joint) - 1] for joint in joints if key.endswith(f" {joint}")), None)
+                if domain is not None:
+                    raise UnknownNameError("domain with a gain of its own", domain, names)
+                raise UnknownNameError(f"joint with a {what} of its own", key.partition(" ")[2], joints)
+
+    def landing_numbers(self, gait: Gait, allocation: AllocationLaw | None) -> Mapping[str, Numbers]:
+        """Reach on for the ground between two landings (docs/theory/impedance.md, eq. 8).
+
+        The references begin where the orbit is when all feet land at once and go on at the rates that the impact of the
+        feet that have landed leaves there; the feed-forward is that of the orbit's next stance, and of legs that have
+        still to land what keeps their joints' rates. So nothing but the references is needed: no base, no model.
+        """
+        between = landings(gait)
+        if not between:
+            return {}
+        arcs, found = orbit_arcs(gait, allocation or gait.law), dict[str, Numbers]()
+        for stance, following in between:
+            place = gait.pattern.solved.index(following)
+            last, entered = arcs[place - 1], arcs[place]
+            before = last.states(np.array([last.duration]))[0][0]
+            if place == 0 and gait.pattern.mirrored:
+                before = gait.robot.mirror.state(before)
+            torques = entered.torques(np.zeros(1))[0][0]
+            found[stance.name] = self._reaching(gait, stance, following, (before, torques), entered.duration)
+        return found
+
+    def _reaching(
+        self, gait: Gait, stance: Stance, following: Stance, orbit: tuple[Vector, Vector], duration: float
+    ) -> Numbers:
+        """Pack one piece: a line of angles, and constant torques; ``orbit`` is the state before the landing, and u."""
+        robot, contacts = gait.robot, gait.pattern.contacts(stance)
+        late = tuple(foot for foot in following.feet if foot not in stance.feet)
+        landed = stopping(contacts)(orbit[0])
+        u = numeric(landing_plant(contacts, late)(landed, orbit[1])[2])
+        joints, hold = len(robot.joints), (HOLD - 1.0) * duration
+        angle, rate = (numeric(part)[-joints:] for part in ca.vertsplit(landed, robot.size))
+        angles, torques = np.zeros((2, 1, joints, ORDER + 1))
+        angles[0, :, 0], angles[0, :, 1], torques[0, :, 0] = angle + 0.5 * hold * rate, 0.5 * hold * rate, u
+        breaks = frozen([0.0, hold])
+        lines = [Pieces(breaks=breaks, coefficients=frozen(part)) for part in (angles, torques)]
+        return Numbers(parameters=self._packed(robot, stance, (hold, hold), lines), breakpoints=(hold,))
 
     def gains(self, gait: Gait, domain: str) -> Mapping[str, int]:
         """All of them: one P and one D a joint and domain."""

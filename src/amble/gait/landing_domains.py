@@ -3,13 +3,13 @@
 Between two landings the legs of the feet that have still to land go on at the rates of their joints; the other joints
 have the torques that the law of the stance that comes next gives at its entry, for the velocities that the rest of its
 feet leaves: those behind the impact that would stop all of them. The clock of the stance begins when the last foot
-lands, and any feedback law can be used. Where the feet come down at once such a domain lasts no time, and the state
-behind it is that of the impact on all feet (docs/theory/hybrid-model.md, section 10).
+lands, and any feedback law can be used. A law may have references of its own there instead
+(``ControlLaw.landing_numbers``). Where the feet come down at once such a domain lasts no time, and the state behind it
+is that of the impact on all feet (docs/theory/hybrid-model.md, section 10).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import inf
 
 import casadi as ca
@@ -17,41 +17,12 @@ import casadi as ca
 from amble.control.closed_loop import StanceLoop
 from amble.control.landing import compiled_gap, compiled_landing_plant, compiled_stopping
 from amble.control.stance_functions import ARGUMENTS
-from amble.gait.record import Gait
-from amble.hybrid import Contacts, Domain, GaitPattern, Stance, Switch, Transition
-from amble.hybrid.landing import steps
+from amble.gait.control_law import Numbers, TorqueLaw
+from amble.hybrid import Contacts, Domain, GaitPattern, Stance, Transition
 
 DIFFERENCE = 1e-6
 """Step of the differences that give the slope of the field between two landings, in the states' units: it counts only
 off the orbit, where such a domain lasts."""
-
-
-def entering(gait: Gait, number: int) -> Switch:
-    """Return the switch that enters the solved stance of a number."""
-    return gait.pattern.all_switches[number - 1]
-
-
-def landing_steps(gait: Gait, switch: Switch) -> tuple[Switch, ...]:
-    """Return what the gait's rule makes of a switch; see ``hybrid.landing.steps``."""
-    return steps(switch, gait.pattern.landing_rule, gait.robot.foot_names)
-
-
-def between(gait: Gait, switch: Switch) -> tuple[Stance, ...]:
-    """Return the stances between the landings of a switch."""
-    sources = (step.source for step in landing_steps(gait, switch))
-    return tuple(dict.fromkeys(stance for stance in sources if stance != switch.source))
-
-
-def twin(gait: Gait, switch: Switch, stance: Stance) -> Stance:
-    """Return the stance during the landings of a switch on the mirrored feet of another."""
-    feet = {gait.robot.mirror.feet[foot] for foot in stance.feet}
-    return next(step.target for step in landing_steps(gait, switch) if set(step.target.feet) == feet)
-
-
-def follows(step: Switch, switch: Switch, order: Sequence[str]) -> bool:
-    """Whether a landing of a switch is part of an order of its feet."""
-    landed = set() if step.source == switch.source else set(step.source.feet) & set(switch.landing)
-    return landed == set(order[: len(landed)]) and step.landing[0] == order[len(landed)]
 
 
 def landing_domain(
@@ -80,8 +51,29 @@ def landing_domain(
         field=field,
         parameters=following.parameters,
         signals=ca.Function("landing_signals", [t, x, p], list(recorded.values()), ARGUMENTS, list(recorded)),
-        jacobian=_differences(field, 1.0),
+        jacobian=_differences(field),
         admissibility=following.admissibility,
+    )
+
+
+def driven_landing_domain(pattern: GaitPattern, control: TorqueLaw, numbers: Numbers, stance: Stance) -> Domain:
+    """Close the loop between landings under a law that has references of its own there.
+
+    Args:
+        pattern: the gait pattern.
+        control: the law.
+        numbers: what it is in this stance.
+        stance: the feet on the ground.
+    """
+    flow = control.landing_flow(pattern.contacts(stance), numbers)
+    return Domain(
+        name=stance.name,
+        field=flow.field,
+        parameters=numbers.parameters,
+        signals=flow.signals,
+        jacobian=flow.jacobian,
+        admissibility=flow.admissibility,
+        breakpoints=numbers.breakpoints,
     )
 
 
@@ -126,9 +118,9 @@ def continued(domain: Domain, landing: Transition) -> tuple[Domain, tuple[Transi
     t, x, p = (ca.MX.sym(name, domain.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
     back = Domain(
         name=f"{domain.name} back",
-        field=ca.Function("back", [t, x, p], [-domain.field(t, x, p)], ARGUMENTS, ["rate"]),
+        field=(field := ca.Function("back", [t, x, p], [-domain.field(-t, x, p)], ARGUMENTS, ["rate"])),
         parameters=domain.parameters,
-        jacobian=_differences(domain.field, -1.0),
+        jacobian=_differences(field),
     )
     same = ca.Function("same", [t, x, p], [x], ARGUMENTS, ["state"])
     # the state leaves for the way back at the entry or not at all
@@ -142,10 +134,10 @@ def continued(domain: Domain, landing: Transition) -> tuple[Domain, tuple[Transi
     return back, (onward, leaves, returns)
 
 
-def _differences(field: ca.Function, sign: float) -> ca.Function:
-    """Slope of a field in x by central differences, times a sign, (t, x, p) -> (n_x, n_x)."""
+def _differences(field: ca.Function) -> ca.Function:
+    """Slope of a field in x by central differences, (t, x, p) -> (n_x, n_x)."""
     t, x, p = (ca.MX.sym(name, field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
     steps_of = DIFFERENCE * ca.DM.eye(x.numel())
     columns = [field(t, x + step, p) - field(t, x - step, p) for step in ca.horzsplit(steps_of)]
-    slope = ca.horzcat(*columns) * (sign / (2.0 * DIFFERENCE))
+    slope = ca.horzcat(*columns) * (0.5 / DIFFERENCE)
     return ca.Function("landing_jacobian", [t, x, p], [slope], ARGUMENTS, ["jacobian"])

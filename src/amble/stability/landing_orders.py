@@ -18,7 +18,7 @@ from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
-from amble.gait.landing_domains import landing_steps
+from amble.gait.landing_stances import landing_steps
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, silent
 from amble.residual import Residual

@@ -87,17 +87,15 @@ static unsigned pressed(const unsigned char *contact) {
 
 static int between_landings(int stance) { return stance >= AMBLE_GAIT_STANCES; }
 
-/* Pass one switch that the flags ask for; whether there was one. The clock starts at the first landing, and again with
- * the stance of the gait. */
+/* Pass one switch that the flags ask for; whether there was one. A foot lands where it touches after it did not. */
 static int switched(amble_controller *c, double t, unsigned flags) {
   int i, here = c->stance;
-  if (!between_landings(here) && !(t - c->entry >= EARLIEST * DURATION[LAW_OF[here]])) return 0;
   for (i = 0; i < SWITCHES; i++) {
     unsigned landing = SWITCH[i].landing;
     if (SWITCH[i].source != here) continue;
-    if (landing ? (flags & landing) != landing : (flags & SWITCH[i].lifting) != 0) continue;
+    if (landing ? (flags & c->clear & landing) != landing : (flags & SWITCH[i].lifting) != 0) continue;
     c->stance = SWITCH[i].target;
-    if (!between_landings(here) || !between_landings(c->stance)) c->entry = t;
+    c->entry = t;
     return 1;
   }
   return 0;
@@ -105,6 +103,7 @@ static int switched(amble_controller *c, double t, unsigned flags) {
 
 /* Enter the next stance where the flags say so; of feet that land one by one, as many as have landed. */
 static void follow(amble_controller *c, double t, unsigned flags) {
+  c->clear = (c->clear | ~flags) & ~DOWN[c->stance];
   while (switched(c, t, flags) && between_landings(c->stance)) {
   }
 }
@@ -112,8 +111,8 @@ static void follow(amble_controller *c, double t, unsigned flags) {
 /* A stance foot is off the ground, or a swing foot on it that neither just lifted nor is about to land. */
 static int wrong(const amble_controller *c, double clock, unsigned flags) {
   unsigned here = DOWN[c->stance], after = AFTER[c->stance];
-  int young = between_landings(c->stance) || clock < EARLIEST * DURATION[LAW_OF[c->stance]];
-  unsigned allowed = here | (young ? BEFORE[c->stance] : after);
+  int young = between_landings(c->stance) || clock < YOUNG * DURATION[LAW_OF[c->stance]];
+  unsigned allowed = here | after | (young ? BEFORE[c->stance] : 0u);
   unsigned needed = young ? here : here & after;
   return (flags & ~allowed) != 0 || (needed & ~flags) != 0;
 }
@@ -126,6 +125,7 @@ unsigned amble_enter(amble_controller *c, int stance, double t) {
   c->entry = t;
   c->pivot = 0.0;
   c->margin = 0.0;
+  c->clear = 0;
   for (i = 0; i < AMBLE_WORK; i++) c->work[i] = 0.0;
   for (i = 0; i < AMBLE_INTEGERS; i++) c->integers[i] = 0;
   c->entered = MARK;

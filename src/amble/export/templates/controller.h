@@ -57,6 +57,7 @@ typedef struct {
   double entry;   /* time at which the stance was entered */
   double pivot;   /* smallest pivot of the last evaluation: its distance from lost rank */
   double margin;  /* of the last evaluation: smallest distance to a friction or normal force limit, N */
+  unsigned clear; /* feet that have been off the ground since they last stood, one bit a foot */
   double work[AMBLE_WORK];
   long long integers[AMBLE_INTEGERS];
 } amble_controller;
@@ -72,9 +73,10 @@ unsigned amble_enter(amble_controller *controller, int stance, double t);
  * u         joint torques, always written
  * force     contact forces that go with u, world frame, all feet, zero for swing feet; always written
  *
- * The stance switches when the feet that land next report contact (where none lands: when the feet that lift report
- * none), not before half its planned duration. The clock of the references restarts at the switch. Where feet land one
- * by one the first to land leads to a stance between the landings, and the last to the next stance of the gait.
+ * The stance switches when the feet that land next report contact, however early (where none lands: when the feet that
+ * lift report none). A foot lands where it reports contact after it reported none: one that has just lifted may still
+ * touch. Flags that bounce have to be filtered before. The clock of the references restarts at the switch. Where feet
+ * land one by one the first to land leads to a stance between the landings, and the last to the next stance of the gait.
  */
 unsigned amble_step(amble_controller *controller, double t, const double q[AMBLE_COORDINATES],
                     const double qd[AMBLE_COORDINATES], const unsigned char contact[AMBLE_FEET],

@@ -7,18 +7,18 @@ typedef AMBLE_REAL real;
 #define MARK 0x616d626c
 
 @TABLES@
-/* Values and rates of a domain's curves at a clock; outside, the first and last pieces go on. */
-static void curves(int domain, real clock, real *angle, real *rate, real *torque) {
-  const real *begins = BEGINS + FIRST[domain];
-  int count = FIRST[domain + 1] - FIRST[domain], piece = 0, i, k;
-  real inside = clock < END[domain] ? clock : END[domain];
-  real beyond = (clock < HOLD[domain] ? clock : HOLD[domain]) - inside, xi, half;
+/* Values and rates of a law's curves at a clock; outside, the first and last pieces go on. */
+static void curves(int law, real clock, real *angle, real *rate, real *torque) {
+  const real *begins = BEGINS + FIRST[law];
+  int count = FIRST[law + 1] - FIRST[law], piece = 0, i, k;
+  real inside = clock < END[law] ? clock : END[law];
+  real beyond = (clock < HOLD[law] ? clock : HOLD[law]) - inside, xi, half;
   while (piece + 1 < count && inside >= begins[piece + 1]) piece++;
-  half = HALVES[FIRST[domain] + piece];
+  half = HALVES[FIRST[law] + piece];
   xi = (inside - begins[piece]) / half - 1;
   for (i = 0; i < AMBLE_JOINTS; i++) {
-    const real *a = ANGLES + ((FIRST[domain] + piece) * AMBLE_JOINTS + i) * COEFFICIENTS;
-    const real *u = TORQUES + ((FIRST[domain] + piece) * AMBLE_JOINTS + i) * COEFFICIENTS;
+    const real *a = ANGLES + ((FIRST[law] + piece) * AMBLE_JOINTS + i) * COEFFICIENTS;
+    const real *u = TORQUES + ((FIRST[law] + piece) * AMBLE_JOINTS + i) * COEFFICIENTS;
     real value = a[COEFFICIENTS - 1], slope = 0, push = u[COEFFICIENTS - 1];
     for (k = COEFFICIENTS - 2; k >= 0; k--) {
       slope = slope * xi + value;
@@ -27,7 +27,7 @@ static void curves(int domain, real clock, real *angle, real *rate, real *torque
     }
     slope /= half;
     angle[i] = value + slope * beyond;
-    rate[i] = clock < HOLD[domain] ? slope : 0;
+    rate[i] = clock < HOLD[law] ? slope : 0;
     torque[i] = push;
   }
 }
@@ -35,16 +35,16 @@ static void curves(int domain, real clock, real *angle, real *rate, real *torque
 /* The command of a stance at its clock, without the sum; the second half of a mirrored gait is the mirror image. */
 static void refer(const amble_controller *c, amble_command *out) {
   real angle[AMBLE_JOINTS], rate[AMBLE_JOINTS], torque[AMBLE_JOINTS];
-  int domain = c->stance % SOLVED, mirrored = c->stance >= SOLVED, i;
-  curves(domain, c->clock, angle, rate, torque);
+  int law = LAW_OF[c->stance], mirrored = MIRRORED[c->stance], i;
+  curves(law, c->clock, angle, rate, torque);
   for (i = 0; i < AMBLE_JOINTS; i++) {
     int from = mirrored ? JOINT_INDEX[i] : i;
     real sign = mirrored ? JOINT_SIGN[i] : 1;
     out->angle[i] = sign * angle[from];
     out->rate[i] = sign * rate[from];
     out->torque[i] = sign * torque[from];
-    out->stiffness[i] = STIFFNESS[domain * AMBLE_JOINTS + from];
-    out->damping[i] = DAMPING[domain * AMBLE_JOINTS + from];
+    out->stiffness[i] = STIFFNESS[law * AMBLE_JOINTS + from];
+    out->damping[i] = DAMPING[law * AMBLE_JOINTS + from];
   }
 }
 
@@ -78,7 +78,8 @@ static unsigned fallback(unsigned status, const real *q, const real *qd, amble_c
   return status;
 }
 
-/* Count ticks and time of flags that differ from what counts, and let those that are confirmed count. */
+/* Count ticks and time of flags that differ from what counts, and let those that are confirmed count. A foot is clear
+ * once it counts as up and does not touch. */
 static void confirm(amble_controller *c, real dt, const unsigned char *contact) {
   int i;
   for (i = 0; i < AMBLE_FEET; i++) {
@@ -86,34 +87,47 @@ static void confirm(amble_controller *c, real dt, const unsigned char *contact) 
     if ((contact[i] != 0) == ((c->down & bit) != 0)) {
       c->ticks[i] = 0;
       c->since[i] = 0;
+      if (!contact[i]) c->clear |= bit;
       continue;
     }
     if (c->ticks[i]++) c->since[i] += dt;
     if (c->ticks[i] >= AMBLE_CONFIRM_TICKS && c->since[i] >= (real)AMBLE_CONFIRM_TIME) {
       c->down ^= bit;
+      c->clear |= bit & ~c->down;
       c->ticks[i] = 0;
       c->since[i] = 0;
     }
   }
 }
 
-/* Enter the next stance where the feet say so. */
-static void follow(amble_controller *c) {
-  int next = (c->stance + 1) % AMBLE_STANCES;
-  unsigned landing = DOWN[next] & ~DOWN[c->stance], lifting = DOWN[c->stance] & ~DOWN[next];
-  int arrived = landing ? (c->down & landing) == landing : (c->down & lifting) == 0;
-  if (arrived && c->clock >= (real)AMBLE_EARLIEST * DURATION[c->stance % SOLVED]) {
-    c->stance = next;
+static int between_landings(int stance) { return stance >= AMBLE_GAIT_STANCES; }
+
+/* Pass one switch that the feet ask for; whether there was one. A foot lands where it is down after it was up. */
+static int switched(amble_controller *c) {
+  int i, here = c->stance;
+  for (i = 0; i < SWITCHES; i++) {
+    unsigned landing = SWITCH[i].landing;
+    if (SWITCH[i].source != here) continue;
+    if (landing ? (c->down & c->clear & landing) != landing : (c->down & SWITCH[i].lifting) != 0) continue;
+    c->stance = SWITCH[i].target;
     c->clock = 0;
+    return 1;
+  }
+  return 0;
+}
+
+/* Enter the next stance where the feet say so; of feet that land one by one, as many as have landed. */
+static void follow(amble_controller *c) {
+  c->clear &= ~DOWN[c->stance];
+  while (switched(c) && between_landings(c->stance)) {
   }
 }
 
 /* A stance foot is up that stays down, or a swing foot down that neither just lifted nor is about to land. */
 static int wrong(const amble_controller *c) {
-  unsigned here = DOWN[c->stance], before = DOWN[(c->stance + AMBLE_STANCES - 1) % AMBLE_STANCES];
-  unsigned after = DOWN[(c->stance + 1) % AMBLE_STANCES];
-  int young = c->clock < (real)AMBLE_EARLIEST * DURATION[c->stance % SOLVED];
-  unsigned allowed = here | (young ? before : after), needed = young ? here : here & after;
+  unsigned here = DOWN[c->stance], after = AFTER[c->stance];
+  int young = between_landings(c->stance) || c->clock < (real)YOUNG * DURATION[LAW_OF[c->stance]];
+  unsigned allowed = here | after | (young ? BEFORE[c->stance] : 0u), needed = young ? here : here & after;
   return (c->down & ~allowed) != 0 || (needed & ~c->down) != 0;
 }
 
@@ -124,6 +138,7 @@ unsigned amble_enter(amble_controller *c, int stance) {
   c->stance = stance;
   c->clock = 0;
   c->down = DOWN[stance];
+  c->clear = 0;
   for (i = 0; i < AMBLE_FEET; i++) {
     c->ticks[i] = 0;
     c->since[i] = 0;
@@ -145,7 +160,7 @@ unsigned amble_step(amble_controller *c, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE
   c->clock += dt;
   confirm(c, dt, contact);
   follow(c);
-  if (c->clock >= HOLD[c->stance % SOLVED]) status |= AMBLE_LATE;
+  if (c->clock >= HOLD[LAW_OF[c->stance]]) status |= AMBLE_LATE;
   if (wrong(c)) status |= AMBLE_CONTACT_FLAGS;
   for (i = 0; i < AMBLE_JOINTS; i++) {
     if (!isfinite(q[i]) || !isfinite(qd[i])) return fallback(status | AMBLE_NOT_FINITE, q, qd, command);

@@ -20,6 +20,8 @@
 
 #define AMBLE_JOINTS @JOINT_COUNT@
 #define AMBLE_FEET @FOOT_COUNT@
+/* Stances of the gait, and with those between the landings of feet that land one by one. */
+#define AMBLE_GAIT_STANCES @GAIT_STANCES@
 #define AMBLE_STANCES @STANCE_COUNT@
 
 #ifdef AMBLE_FLOAT
@@ -36,11 +38,7 @@ typedef double AMBLE_REAL;
 #ifndef AMBLE_CONFIRM_TIME
 #define AMBLE_CONFIRM_TIME 0.0
 #endif
-/* Share of the planned duration from which a stance may end: an early foot ends it there at the soonest. */
-#ifndef AMBLE_EARLIEST
-#define AMBLE_EARLIEST @EARLIEST@
-#endif
-/* Share from which a stance counts as late: @HOLD@, where the references stand still. A contact that does not come
+/* Share of the planned duration from which a stance counts as late: @HOLD@, where the references stand still. A contact that does not come
  * leaves the controller there, with the status LATE at every tick; what then is to be done is the caller's decision. */
 
 /* Status of a step: 0, or a sum of these. */
@@ -62,6 +60,7 @@ typedef struct {
   int entered;     /* a mark that amble_enter leaves */
   AMBLE_REAL clock; /* time since the stance was entered, s */
   unsigned down;   /* feet that count as down, one bit a foot */
+  unsigned clear;  /* feet that have been up since they last stood */
   int ticks[AMBLE_FEET];       /* how often in a row a flag differed from that, and for how long */
   AMBLE_REAL since[AMBLE_FEET];
 } amble_controller;
@@ -81,8 +80,10 @@ typedef struct {
 unsigned amble_enter(amble_controller *controller, int stance);
 
 /* One tick: dt since the last one, measured angles and rates, contact 1 for every foot that touches. The command is
- * always written. The stance ends when the feet that land next count as down (where none lands: when those that lift
- * count as up), not before AMBLE_EARLIEST of its duration; the clock then starts again. */
+ * always written. The stance ends when the feet that land next count as down, however early (where none lands: when
+ * those that lift count as up); a foot lands where it counts as down after it counted as up, so that one that has just
+ * lifted may still touch. The clock then starts again. Of feet that land one by one, the first to land leads to a stance
+ * between the landings, the last to the next stance of the gait. */
 unsigned amble_step(amble_controller *controller, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE_JOINTS],
                     const AMBLE_REAL qd[AMBLE_JOINTS], const unsigned char contact[AMBLE_FEET],
                     amble_command *command);
