@@ -53,6 +53,9 @@ from amble.gait.impedance import Impedance as Impedance
 from amble.gait.motion_files import read_motion as read_motion
 from amble.gait.motion_files import recorded_gait as recorded_gait
 from amble.gait.motion_files import write_motion as write_motion
+from amble.gait.unilateral_loop import Push as Push
+from amble.gait.unilateral_loop import unilateral_loop as unilateral_loop
+from amble.gait.unilateral_loop import unilateral_start as unilateral_start
 from amble.hybrid import CONTACTS as CONTACTS
 from amble.hybrid import FLAT as FLAT
 from amble.hybrid import GROUNDS as GROUNDS
@@ -194,6 +197,7 @@ __all__ = [
     "Progress",
     "ProgressReport",
     "PseudoInverse",
+    "Push",
     "ReplayPage",
     "Robot",
     "Run",
@@ -257,6 +261,8 @@ __all__ = [
     "symmetrized",
     "synthesize",
     "synthesize_specification",
+    "unilateral_loop",
+    "unilateral_start",
     "validate",
     "write_motion",
     "write_run",

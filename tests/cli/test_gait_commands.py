@@ -224,3 +224,10 @@ speed = 0.2
     spec.write_text(spec.read_text().replace("0.1, 0.0]", "0.2, 0.0]"))
     with pytest.raises(InputError, match="gait of another robot"):
         read(path, spec)
+
+
+def test_a_unilateral_walk_tells_of_released_feet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "trace.nc"
+    assert exit_code("simulate", str(GAIT), "--cycles", "1", "--unilateral", "--out", str(out)) == 0
+    assert "released 0 times, others touched 0 times" in capsys.readouterr().out
+    assert load_trace(out).signals["contact"].shape[1] == 4

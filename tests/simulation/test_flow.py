@@ -24,7 +24,9 @@ Preparation = Callable[[HybridSystem, str], Flow]
 def definition(system: HybridSystem, name: str) -> FlowDefinition:
     domain = system.domain(name)
     events = prepared.event_functions(domain, system.leaving(name))
-    return FlowDefinition(domain.field, domain.parameters, events, domain.admissibility is not None, domain.breakpoints)
+    return FlowDefinition(
+        domain.field, domain.parameters, events, tuple(prepared.margins_of(domain)), domain.breakpoints
+    )
 
 
 def in_native_code(system: HybridSystem, name: str) -> Flow:

@@ -90,3 +90,13 @@ def show_simulated(trace: Trace) -> None:
             "ended": trace.ended,
         }
     )
+
+
+def show_switches(trace: Trace) -> None:
+    """Say how often feet of a unilateral motion were released or touched out of their turn."""
+    from amble.gait.unilateral_loop import RELEASED, TOUCHED
+
+    entered = [event.transition.partition("->")[2].split() for event in trace.events]
+    counts = {what: sum(words[-1] == what for words in entered) for what in (RELEASED, TOUCHED)}
+    show(f"feet that would have pulled were released {counts[RELEASED]} times, others touched {counts[TOUCHED]} times")
+    result(contact=counts)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from amble.cli import options
 from amble.cli.console import progress
-from amble.cli.lines import show_simulated
+from amble.cli.lines import show_simulated, show_switches
 from amble.cli.output import result, show, wrote
 from amble.defaults import CYCLES, ENGINE, TOLERANCE
 from amble.errors import FallError, InputError
+
+if TYPE_CHECKING:
+    from amble.gait import Gait
+    from amble.simulation import Trace
 
 
 class Controller(StrEnum):
@@ -34,15 +38,21 @@ def simulate(
     controller: Annotated[
         Controller, typer.Option(help="What computes the torques: the model, or the exported C code.")
     ] = Controller.MODEL,
+    unilateral: Annotated[
+        bool,
+        typer.Option(
+            "--unilateral",
+            help="On ground that pushes only: a foot that pulls is let go, one that leaves its friction cone ends it.",
+        ),
+    ] = False,
     engine: Annotated[str, typer.Option(help="What moves the model: native, or one of a plug-in.")] = ENGINE,
     out: Annotated[Path, typer.Option(help="Where to write the trace (netCDF).")] = Path("trace.nc"),
 ) -> None:
     """Simulate the closed loop of a gait; exits 1 where it falls, with the trace up to there."""
-    from amble.analysis import monitors
     from amble.export import exported_loop
     from amble.gait.closed_loop import trace_units
     from amble.gait.files import load_gait
-    from amble.report import contact_results, contact_rows, contact_summary
+    from amble.gait.unilateral_loop import unilateral_units
     from amble.simulation import save_trace
     from amble.simulation import simulate as walk
 
@@ -59,17 +69,28 @@ def simulate(
             engine=engine,
             law=chosen,
             loop=loop,
+            unilateral=unilateral,
             progress=notify,
         )
     show_simulated(trace)
-    wrote(save_trace(trace, out, trace_units(walker)))
+    wrote(save_trace(trace, out, unilateral_units(walker) if unilateral else trace_units(walker)))
+    if unilateral:
+        show_switches(trace)
+    else:
+        _show_monitors(walker, trace)
+    if not trace.completed:
+        raise FallError(trace.ended)
+
+
+def _show_monitors(walker: Gait, trace: Trace) -> None:
+    from amble.analysis import monitors
+    from amble.report import contact_results, contact_rows, contact_summary
+
     report = monitors(walker, trace)
     show(contact_summary(report).text())
     if report.violations:
         show(contact_rows(report, only_violations=True).text())
     result(contact=contact_results(report))
-    if not trace.completed:
-        raise FallError(trace.ended)
 
 
 def compare(

@@ -5,7 +5,7 @@ This record is all that simulation and stability know; a legged robot is one way
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from math import inf
 from typing import Any
@@ -33,6 +33,7 @@ class Domain:
             differentiation of ``field`` is known.
         admissibility: optional casadi function (t, x, p) -> scalar margin, positive inside the domain of
             admissibility; a simulation that leaves it ends there and says so (a fall).
+        margins: more such margins, each with what a motion has done that leaves it, in words: what -> function.
         breakpoints: clock values, ascending, at which the field is continuous but not smooth (the end of a planned
             reference). An integrator ends a step there; without it, it would search for the breakpoint with many steps.
     """
@@ -43,6 +44,7 @@ class Domain:
     signals: ca.Function | None = None
     jacobian: ca.Function | None = None
     admissibility: ca.Function | None = None
+    margins: Mapping[str, ca.Function] = field(default_factory=dict)
     breakpoints: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:

@@ -144,6 +144,8 @@ def _validate_domain(system: HybridSystem, domain: Domain) -> None:
     _expect_shape(f"field of domain '{domain.name}'", domain.field, size, size)
     if domain.admissibility is not None:
         _expect_shape(f"margin of domain '{domain.name}'", domain.admissibility, size, 1)
+    for what, margin in domain.margins.items():
+        _expect_shape(f"margin '{what}' of domain '{domain.name}'", margin, size, 1)
     for what, called in (("signals", domain.signals), ("jacobian", domain.jacobian)):
         if called is not None:
             _expect_state(f"{what} of domain '{domain.name}'", called, size)

@@ -50,7 +50,7 @@ class Arc:
         clock: of the samples, evenly spaced from the entry to the end, (n,), s.
         state: at the samples, (n, n_x).
         fired: position of the transition that fired among those that leave the domain; None where none did.
-        ended: why no transition fired, else empty: one of LEFT_DOMAIN, TOO_LONG, STEEP, STUCK.
+        ended: why no transition fired, else empty: LEFT_DOMAIN, TOO_LONG, STEEP, STUCK or one of ``Domain.margins``.
         steps: accepted steps of the integrator; each took 15 evaluations of the vector field.
     """
 
@@ -94,17 +94,17 @@ class FlowDefinition:
         field: casadi function (t, x, p) -> dx/dt.
         parameters: p.
         events: functions (t, x, p) whose zeros end the flow.
-        has_margin: whether the last event is that of the margin of the domain of admissibility.
+        margins: what the last events mean, those of the margins of the domain of admissibility (``LEFT_DOMAIN``).
         breakpoints: clocks at which a step has to end, positive and ascending (``Domain.breakpoints``).
     """
 
     field: ca.Function
     parameters: Vector
     events: tuple[EventFunction, ...] = ()
-    has_margin: bool = False
+    margins: tuple[str, ...] = ()
     breakpoints: tuple[float, ...] = ()
 
     def outcome(self, fired: int) -> tuple[int | None, str]:
-        """Tell a transition from a fall."""
-        fell = self.has_margin and fired == len(self.events) - 1
-        return (None, LEFT_DOMAIN) if fell else (fired, "")
+        """Tell a transition from the end of the motion."""
+        place = fired - (len(self.events) - len(self.margins))
+        return (None, self.margins[place]) if place >= 0 else (fired, "")

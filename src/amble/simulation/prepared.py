@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from amble.hybrid import Domain, HybridSystem, Transition
@@ -16,21 +18,19 @@ from amble.types import Vector
 
 @dataclass(frozen=True)
 class PreparedDomain:
-    """A domain prepared for motions through it: its place in the system, its margin and the resets that leave it."""
+    """A domain prepared for motions through it: its place in the system, its margins and the resets that leave it."""
 
     number: int
     domain: Domain
     leaving: tuple[Transition, ...]
-    admissibility: Bound | None
+    margins: Mapping[str, Bound]
     resets: tuple[Bound, ...]
 
     def barred(self, entry: Vector) -> str:
         """Say why a motion cannot begin here (``Arc.ended``); empty where it can."""
         if not np.all(np.isfinite(entry)):
             return STUCK
-        if self.admissibility is not None and not self.admissibility(0.0, entry)[0][0] > 0:
-            return LEFT_DOMAIN
-        return ""
+        return next((what for what, margin in self.margins.items() if not margin(0.0, entry)[0][0] > 0), "")
 
     def fired_at(self, entry: Vector) -> int | None:
         """Return which transition fires at the entry (``Transition.at_entry``), by its place; None where none does."""
@@ -52,10 +52,10 @@ class PreparedDomain:
 def prepare_domain(system: HybridSystem, name: str) -> PreparedDomain:
     """Prepare a domain of a system."""
     domain, leaving = system.domain(name), system.leaving(name)
-    admissibility = None if domain.admissibility is None else bind(domain.admissibility, domain.parameters)
+    margins = {what: bind(margin, domain.parameters) for what, margin in margins_of(domain).items()}
     resets = tuple(bind(transition.reset, domain.parameters) for transition in leaving)
     return PreparedDomain(
-        [candidate.name for candidate in system.domains].index(name), domain, leaving, admissibility, resets
+        [candidate.name for candidate in system.domains].index(name), domain, leaving, margins, resets
     )
 
 
@@ -64,7 +64,7 @@ def prepare(system: HybridSystem, name: str) -> Flow:
     domain = system.domain(name)
     events = event_functions(domain, system.leaving(name))
     return prepare_flow(
-        FlowDefinition(domain.field, domain.parameters, events, domain.admissibility is not None, domain.breakpoints)
+        FlowDefinition(domain.field, domain.parameters, events, tuple(margins_of(domain)), domain.breakpoints)
     )
 
 
@@ -75,10 +75,15 @@ def prepare_flow(definition: FlowDefinition) -> Flow:
 
 
 def event_functions(domain: Domain, leaving: tuple[Transition, ...]) -> tuple[EventFunction, ...]:
-    """List the guards in the order of the transitions, then the margin of the domain where it has one."""
+    """List the guards in the order of the transitions, then the margins of the domain."""
     guards = [
         EventFunction(transition.guard, transition.direction, transition.dead_time, transition.slope_bound)
         for transition in leaving
     ]
-    margin = [] if domain.admissibility is None else [EventFunction(domain.admissibility, -1, 0.0)]
-    return (*guards, *margin)
+    return (*guards, *(EventFunction(margin, -1, 0.0) for margin in margins_of(domain).values()))
+
+
+def margins_of(domain: Domain) -> dict[str, ca.Function]:
+    """Return all margins of a domain with what a motion has done that leaves it: it fell, or what the domain says."""
+    fall = {} if domain.admissibility is None else {LEFT_DOMAIN: domain.admissibility}
+    return fall | dict(domain.margins)

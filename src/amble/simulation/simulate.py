@@ -15,6 +15,7 @@ from amble.errors import InputError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.control_law import ControlLaw
+from amble.gait.unilateral_loop import unilateral_loop, unilateral_start
 from amble.hybrid import HybridSystem
 from amble.progress import Progress
 from amble.simulation.bound import bind
@@ -43,6 +44,7 @@ def simulate(
     law: AllocationLaw | None = None,
     control: ControlLaw | None = None,
     loop: Loop | None = None,
+    unilateral: bool = False,
     progress: Progress | None = None,
     max_step: float | None = None,
 ) -> Trace: ...
@@ -79,6 +81,7 @@ def simulate(
     law: AllocationLaw | None = None,
     control: ControlLaw | None = None,
     loop: Loop | None = None,
+    unilateral: bool = False,
     progress: Progress | None = None,
     max_step: float | None = None,
 ) -> Trace:
@@ -102,6 +105,8 @@ def simulate(
         law: of a gait, another allocation law than its own.
         control: of a gait, another feedback law than its own.
         loop: of a gait, what closes its loop; by default ``amble.closed_loop``, else such as ``amble.exported_loop``.
+        unilateral: of a gait, on ground that pushes only (``amble.gait.unilateral_loop``): a foot that pulls is
+            released, and one that leaves its friction cone ends the motion.
         progress: called after every cycle.
         max_step: the longest time between two event samples, s; a thousandth of ``time_limit`` by default. No
             excursion of a guard that lasts longer is missed; of a guard that is smooth on the scale of the samples
@@ -114,8 +119,10 @@ def simulate(
         WorkError: the decoupling equations of a gait lose rank although the motion goes on; the torques mean nothing
             there.
     """
-    system, begin = _posed(subject, start, law, control, loop)
+    system, begin = _posed(subject, start, law, control, loop, unilateral)
     begin = perturbed(np.asarray(begin, dtype=np.float64).reshape(-1), perturbation, seed)
+    if isinstance(subject, Gait) and unilateral:
+        begin = unilateral_start(subject, begin)
     trace = _recorded(ENGINES[engine], system, begin, cycles, tolerance, samples, time_limit, progress, max_step)
     if isinstance(subject, Gait) and trace.completed:
         _require_rank(trace)
@@ -128,17 +135,20 @@ def _posed(
     law: AllocationLaw | None,
     control: ControlLaw | None,
     loop: Loop | None,
+    unilateral: bool,
 ) -> tuple[HybridSystem, Vector]:
-    """The system that is simulated, and from where."""
+    """The system that is simulated, and from where: coordinates and rates of a gait."""
     if isinstance(subject, Gait):
-        if loop is not None and control is not None:
-            raise InputError("a loop of one's own has its own control law")
-        system = closed_loop(subject, law, control=control) if loop is None else loop(subject, law)
-        return system, start_state(subject) if start is None else start
+        begin = start_state(subject) if start is None else start
+        if loop is not None and (control is not None or unilateral):
+            raise InputError("a loop of one's own has its own control law and its own contacts")
+        if loop is not None:
+            return loop(subject, law), begin
+        return (unilateral_loop if unilateral else closed_loop)(subject, law, control=control), begin
     if start is None:
         raise InputError("a hybrid system is simulated from a start; only a gait has one of its own")
-    if law is not None or loop is not None or control is not None:
-        raise InputError("only a gait takes another allocation law, control law or closed loop")
+    if law is not None or loop is not None or control is not None or unilateral:
+        raise InputError("only a gait takes another allocation law, control law, closed loop or unilateral contact")
     return subject, start
 
 

@@ -31,7 +31,7 @@ from amble.hybrid import Domain, HybridSystem, Transition
 from amble.hybrid.system import numeric
 from amble.names import identifier
 from amble.simulation.flow import EventFunction, Flow, FlowDefinition
-from amble.simulation.prepared import PreparedDomain, event_functions, prepare_domain, prepare_flow
+from amble.simulation.prepared import PreparedDomain, event_functions, margins_of, prepare_domain, prepare_flow
 from amble.simulation.walk import MOST_EVENTS, TOO_MANY, explained, longest_step
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
@@ -213,8 +213,8 @@ def _flow(domain: Domain, leaving: tuple[Transition, ...]) -> Flow:
         )
         for item in event_functions(domain, leaving)
     )
-    has_margin = domain.admissibility is not None
-    return prepare_flow(FlowDefinition(augmented(domain), domain.parameters, lifted, has_margin, domain.breakpoints))
+    margins = tuple(margins_of(domain))
+    return prepare_flow(FlowDefinition(augmented(domain), domain.parameters, lifted, margins, domain.breakpoints))
 
 
 def _symbols(domain: Domain) -> list[ca.MX]:
