@@ -21,14 +21,14 @@ MOVED = ("validate", GAIT, "--control", "impedance", "--case", "nominal")
 
 NUMBERS: dict[tuple[str, str], tuple[tuple[str, ...], tuple[str, ...]]] = {
     ("check", "grid"): (("check", GAIT), ("0", "-1", "1001", "1e3", HUGE)),
-    ("simulate", "cycles"): (("simulate", BIPED), ("0", "-1", "1.5", "nan")),
+    ("simulate", "cycles"): (("simulate", BIPED), ("0", "-1", "1.5", "nan", "1" + "0" * 20, "100000")),
     ("simulate", "tolerance"): (WALKING, ("-1", "nan", "1e400")),
     ("simulate", "perturb"): (WALKING, ("-1", "nan", "inf", "-inf")),
     ("simulate", "seed"): ((*WALKING, "--perturb", "1e-3"), ("-1", "1.5", f"-{HUGE}")),
     ("view", "cycles"): (("view", GAIT), ("0", "-1", "1001", HUGE)),
-    ("reproduce", "cycles"): (("reproduce",), ("0", "-1", "x")),
+    ("reproduce", "cycles"): (("reproduce",), ("0", "-1", "x", "1" + "0" * 20)),
     ("reproduce", "tolerance"): (("reproduce",), ("0", "nan", "inf", "-1")),
-    ("validate", "cycles"): (MOVED, ("0", "-1")),
+    ("validate", "cycles"): (MOVED, ("0", "-1", "10001", "1" + "0" * 20)),
     ("validate", "seed"): ((*MOVED, "--cycles", "1"), ("-1", "1.5")),
     ("prove", "bits"): (("prove", f"{WHEEL}:rolling"), ("0", "63", "1025", HUGE)),
     ("prove", "order"): (("prove", f"{WHEEL}:rolling"), ("3", "41", HUGE)),
@@ -54,7 +54,7 @@ def test_every_number_of_every_command_is_tried() -> None:
 def test_a_number_out_of_range_is_one_sentence(
     place: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A grid of 10^20 points and a seed of -1 ended in tracebacks; a tolerance was refused after the synthesis."""
+    """A grid of 10^20 points and a seed of -1 ended in tracebacks, 10^20 cycles never; a tolerance was refused late."""
     monkeypatch.chdir(tmp_path)
     arguments, values = NUMBERS[place]
     for value in values:

@@ -93,10 +93,10 @@ def test_progress_is_reported_every_cycle() -> None:
     [
         ({"start": [0.0, 1.0, 2.0]}, "has 3 values, not 2"),
         ({"start": [0.0, np.nan]}, "not finite"),
-        ({"cycles": 0}, "at least 1 cycle"),
+        ({"cycles": 0}, "0 cycles were asked for"),
         ({"tolerance": 1e-15}, "not between"),
         ({"tolerance": np.nan}, "not between"),
-        ({"samples": 1}, "at least 2 samples"),
+        ({"samples": 1}, "1 samples a domain were asked for"),
         ({"time_limit": 0.0}, "positive time"),
         ({"time_limit": np.inf}, "positive time"),
     ],

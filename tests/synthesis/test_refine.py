@@ -72,5 +72,5 @@ def test_every_domain_is_an_initial_value_problem(small_program: GaitProgram, un
 
 
 def test_one_is_not_finer(problem: GaitProblem, walking_gait: Gait) -> None:
-    with pytest.raises(InputError, match="at least 2"):
+    with pytest.raises(InputError, match="1 new intervals for each old one were asked for"):
         refine(problem, walking_gait, 1)

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from amble.amounts import check_amount
 from amble.analysis.motion import Motion
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
@@ -127,6 +128,9 @@ class Samples:
         )
 
 
+MOST_CYCLES = 10_000
+
+
 def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
     """Lay out whole cycles of the optimised motion at its nodes; a mirrored half is unfolded.
 
@@ -134,13 +138,12 @@ def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
 
     Args:
         gait: the gait.
-        cycles: how many cycles, at least 1.
+        cycles: how many cycles, from 1 to 10,000.
 
     Raises:
-        InputError: where ``cycles`` is less than 1.
+        InputError: there are fewer or more.
     """
-    if cycles < 1:
-        raise InputError(f"{cycles} cycles were asked for; at least 1 is needed")
+    check_amount("cycles", cycles, 1, MOST_CYCLES)
     halves = [_solved_part(gait)]
     if gait.pattern.mirrored:
         halves.append(_mirrored(halves[0], gait.pattern))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from amble.amounts import check_amount
 from amble.analysis.bounds import ContactBounds
 from amble.analysis.contact import contact_report
 from amble.errors import InputError
@@ -19,6 +20,8 @@ from amble.robot.natural_units import natural_units
 from amble.simulation import Trace, simulate
 from amble.simulation.simulate import perturbed
 from amble.types import Vector
+
+MOST_STARTS = 10_000
 
 TOLERANCE = 1e-8
 """Of the integrator."""
@@ -41,7 +44,7 @@ def survived_cycles(
     Args:
         gait: the gait.
         sizes: of the changes.
-        starts: of each size, at least 1; their seeds are 0, 1, ...
+        starts: of each size, from 1 to 10,000; their seeds are 0, 1, ...
         cycles: the most a walk is followed.
         progress: called before every walk.
         friction: of the ground that is walked on; the gait's own by default.
@@ -50,10 +53,9 @@ def survived_cycles(
         Size -> completed cycles of each of its walks.
 
     Raises:
-        InputError: fewer than one start, or a size that is negative or not finite.
+        InputError: starts or cycles are out of range, or a size that is negative or not finite.
     """
-    if starts < 1:
-        raise InputError(f"{starts} starts were asked for; at least 1 is needed")
+    check_amount("starts", starts, 1, MOST_STARTS)
     if not all(0.0 <= size < np.inf for size in sizes):
         raise InputError("sizes of changes are finite and not negative")
     notify, state, bounds = progress or silent, start_state(gait), ContactBounds.of_gait(gait)

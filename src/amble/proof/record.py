@@ -17,6 +17,7 @@ import numpy as np
 from flint import arb
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from amble.amounts import check_amount
 from amble.errors import InputError
 from amble.hybrid import HybridSystem
 from amble.io.reader import read_json
@@ -123,8 +124,8 @@ class Settings:
     """How hard to try.
 
     Attributes:
-        bits: of the arithmetic.
-        order: of the Taylor steps.
+        bits: of the arithmetic, from 64 to 1024.
+        order: of the Taylor steps, from 4 to 40.
         tolerance: size of a step's remainder that the step length aims at.
         radius: of the box about the fixed point.
         basin: the largest change of a coordinate that is tried for the basin; 0 for no basin.
@@ -135,6 +136,16 @@ class Settings:
     tolerance: float = 1e-24
     radius: float = 1e-17
     basin: float = 1e-2
+
+    def __post_init__(self) -> None:
+        """Refuse what no proof takes, or what takes without end."""
+        check_amount("bits", self.bits, 64, 1024)
+        check_amount("orders of the Taylor steps", self.order, 4, 40)
+        for name in ("tolerance", "radius"):
+            if not 0.0 < vars(self)[name] <= 1.0:
+                raise InputError(f"the {name} of a proof is a number above 0 and up to 1, not {vars(self)[name]:g}")
+        if not 0.0 <= self.basin <= 1.0:
+            raise InputError(f"the basin that is tried is a number from 0 to 1, not {self.basin:g}")
 
 
 def prove(

@@ -95,7 +95,7 @@ def simulate(
     Args:
         subject: a gait, whose stabilised outputs are used where it has them; or a system.
         start: state at the entry of the first domain, (n_x,); a gait has its own.
-        cycles: how many cycles, at least 1.
+        cycles: how many cycles, at least 1; with domains, samples and states at most 50 million numbers are recorded.
         tolerance: relative and absolute tolerance of the integrator, between 1e-13 and 1e-2.
         samples: recorded samples a domain, evenly spaced in time from its entry to its end, at least 2.
         time_limit: the longest that one domain may last, s.
@@ -108,9 +108,9 @@ def simulate(
         unilateral: of a gait, on ground that pushes only (``amble.gait.unilateral_loop``): a foot that pulls is
             released, and one that leaves its friction cone ends the motion.
         progress: called after every cycle.
-        max_step: the longest time between two event samples, s; a thousandth of ``time_limit`` by default. No
-            excursion of a guard that lasts longer is missed; of a guard that is smooth on the scale of the samples
-            shorter ones are found too, and with ``Transition.slope_bound`` all.
+        max_step: the longest time between two event samples, s; a thousandth of ``time_limit`` by default, a millionth
+            at least. No longer excursion of a guard is missed, of a guard that is smooth on the scale of the samples
+            no shorter one either, and with ``Transition.slope_bound`` none.
 
     Raises:
         UnknownNameError: there is no engine of that name.

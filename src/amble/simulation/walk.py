@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from amble.amounts import check_amount
 from amble.errors import InputError
 from amble.hybrid import HybridSystem, Transition
 from amble.io.registry import Lookup
@@ -33,7 +34,13 @@ ACCUMULATED = 100.0 * RESOLUTION
 SHORTLY = 1e-6
 """After this share of the time limit it is seen where a guard goes from the entry."""
 
-FEWEST_SAMPLES = 2
+MOST_CYCLES, FEWEST_SAMPLES, MOST_SAMPLES = 1_000_000, 2, 100_000
+MOST_NUMBERS = 50_000_000
+"""States of a motion that are recorded, and kept in memory with their signals."""
+
+SHORTEST_STEP = 1e-6
+"""Of ``max_step``, as a share of the time limit: so often is a guard looked at in one domain at most."""
+
 LOOSEST, TIGHTEST = 1e-2, 1e-13
 
 
@@ -134,7 +141,8 @@ def walk(
     """
     entry = np.array(start, dtype=np.float64).reshape(-1)
     longest = longest_step(time_limit, max_step)
-    _check(system, entry, cycles, tolerance, samples)
+    _check(system, entry, tolerance)
+    check_record(cycles, samples, len(system.domains), system.state_size)
     arcs: list[DomainArc] = []
     events: list[Event] = []
     ended = COMPLETED
@@ -208,21 +216,45 @@ def longest_step(time_limit: float, max_step: float | None) -> float:
         raise InputError(f"the time limit of a domain is a positive time, not {time_limit:g} s")
     if max_step is None:
         return time_limit / EVENT_SAMPLES_IN_TIME_LIMIT
+    shortest = max(RESOLUTION, SHORTEST_STEP * time_limit)
     if not max_step >= RESOLUTION:
         raise InputError(f"max_step is a time of at least {RESOLUTION:g} s, not {max_step:g} s")
+    if max_step < shortest:
+        raise InputError(
+            f"max_step is at least a millionth of the time limit ({time_limit:g} s), {shortest:g} s, not {max_step:g} s"
+        )
     return max_step
 
 
-def _check(system: HybridSystem, start: Vector, cycles: int, tolerance: float, samples: int) -> None:
+def check_record(cycles: int, samples: int, domains: int, states: int) -> None:
+    """Refuse a motion that is too long to be recorded.
+
+    Args:
+        cycles: how many.
+        samples: of a domain.
+        domains: of a cycle.
+        states: of a sample.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    check_amount("cycles", cycles, 1, MOST_CYCLES)
+    check_amount("samples a domain", samples, FEWEST_SAMPLES, MOST_SAMPLES)
+    numbers = cycles * samples * domains * states
+    if numbers > MOST_NUMBERS:
+        raise InputError(
+            f"{cycles:,} cycles of {domains} domains, {samples:,} samples of {states} states each, are {numbers:.2g} "
+            f"numbers; {MOST_NUMBERS:.2g} are recorded at most: ask for fewer cycles (up to "
+            f"{MOST_NUMBERS // (samples * domains * states):,}) or samples"
+        )
+
+
+def _check(system: HybridSystem, start: Vector, tolerance: float) -> None:
     if start.size != system.state_size:
         raise InputError(f"the start has {start.size} values, not {system.state_size}")
     if not np.all(np.isfinite(start)):
         raise InputError("the start of the simulation is not finite")
-    if cycles < 1:
-        raise InputError(f"a simulation takes at least 1 cycle, not {cycles}")
     check_tolerance(tolerance)
-    if samples < FEWEST_SAMPLES:
-        raise InputError(f"a domain is recorded with at least {FEWEST_SAMPLES} samples, not {samples}")
 
 
 def check_tolerance(tolerance: float) -> None:

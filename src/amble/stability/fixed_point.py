@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from amble.amounts import check_amount
 from amble.errors import NotSolvedError, WorkError
 from amble.hybrid import HybridSystem
 from amble.hybrid.system import numeric
@@ -30,6 +31,8 @@ from amble.stability.monodromy import Monodromy, prepare_variational
 from amble.stability.period import least_cycles, other_period
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE, depends_on_clock, missing_dead_time
 from amble.types import Vector, frozen
+
+MOST_ITERATIONS = 10_000
 
 SMALLEST_SHARE = 2.0**-10
 DECREASE = 1e-4
@@ -103,23 +106,23 @@ def fixed_point(
 
     Args:
         system: the system.
-        guess: state at the entry of the first domain, (n_x,); along the symmetries the solution keeps its place, of the
-            invariants the values, and along an undeclared family its place too.
+        guess: state at the entry of the first domain, (n_x,); the solution keeps its place along symmetries and any
+            undeclared family, and the values of invariants.
         accuracy: largest |P(x) - g x| that counts as solved; one step more is taken then, and kept if it is better.
         tolerance: of the integrator.
         time_limit: the longest that one domain may last, s.
-        iterations: the most Newton steps.
+        iterations: the most Newton steps, from 1 to 10,000.
         progress: called after every step.
         cycles: after which the orbit closes.
         max_step: the longest time between two event samples, s (``simulate``).
 
     Raises:
         FallError: where the motion from the guess does not come back.
-        InputError: where symmetries or invariants are dependent, or a function cannot be differentiated.
-        NotSolvedError: where Newton stops above the accuracy, or leaves a guess that returns after another number of
-            cycles; the rows are the components of the residual.
+        InputError: where numbers are out of range, symmetries or invariants dependent, or functions not differentiable.
+        NotSolvedError: Newton stops above the accuracy, or left a guess of another period; its rows are the residual's.
         WorkError: where the motion from the guess only grazes a guard.
     """
+    check_amount("iterations", iterations, 1, MOST_ITERATIONS)
     variational = prepare_variational(system)
     start = np.array(guess, dtype=np.float64).reshape(-1)
 

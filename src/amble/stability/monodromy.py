@@ -26,6 +26,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from amble.amounts import check_amount
 from amble.errors import FallError, WorkError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.hybrid.system import numeric
@@ -36,6 +37,9 @@ from amble.simulation.walk import MOST_EVENTS, TOO_MANY, explained, longest_step
 from amble.stability.derivatives import field_jacobian, slopes
 from amble.stability.poincare import TIME_LIMIT, TOLERANCE
 from amble.types import Matrix, Vector, frozen
+
+MOST_CYCLES = 10_000
+"""Of an orbit, or of one derivative."""
 
 GRAZING = 1e-9
 """A guard whose rate along the field is smaller than this share of its gradient times the field's length grazes."""
@@ -93,6 +97,7 @@ class Variational:
         """Return the Poincare map and its derivative; see ``monodromy``."""
         entry = np.array(state, dtype=np.float64).reshape(-1)
         longest = longest_step(time_limit, max_step)
+        check_amount("cycles", cycles, 1, MOST_CYCLES)
         total = np.eye(entry.size)
         first = current = self.system.domains[0].name
         arcs: list[_DifferentiatedArc] = []

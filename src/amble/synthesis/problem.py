@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from amble.amounts import check_amount
 from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
 from amble.errors import InputError, UnknownNameError, printable
 from amble.gait import Limits
@@ -21,6 +22,9 @@ from amble.robot.proposal import nominal_posture
 from amble.synthesis.default_limits import default_limits
 
 logger = logging.getLogger("amble")
+
+MOST_INTERVALS = 10_000
+"""Of a domain."""
 
 LARGEST_AVERAGED = 0.05
 """Largest relative asymmetry that is averaged unasked; real files have 1e-4 to 0.2."""
@@ -68,8 +72,7 @@ class GaitProblem:
     def __post_init__(self) -> None:
         """Check numbers and names."""
         _possible(self.command, self.pattern)
-        if self.intervals < 2:
-            raise InputError(f"{self.intervals} intervals a domain are too few; at least 2 are needed")
+        check_amount("intervals a domain", self.intervals, 2, MOST_INTERVALS)
         if not all(gain > 0.0 for gain in self.gains):
             raise InputError(f"the output gains are {self.gains}; both must be positive")
         if "x" not in self.pattern.ground.translations:

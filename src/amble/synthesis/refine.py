@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.errors import InputError, NotSolvedError
+from amble.amounts import check_amount
+from amble.errors import NotSolvedError
 from amble.gait import Gait
 from amble.progress import Progress, ProgressReport, silent
 from amble.synthesis.layout import DomainLayout
-from amble.synthesis.problem import GaitProblem
+from amble.synthesis.problem import MOST_INTERVALS, GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.rows import AT_ENTRY, INITIAL_VALUE
@@ -49,11 +50,10 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2, progress: Progress
         progress: called after every Newton step.
 
     Raises:
-        InputError: the factor is less than 2.
+        InputError: the factor is less than 2, or the mesh has more than 10,000 intervals a domain.
         NotSolvedError: Newton does not converge; the error names the rows.
     """
-    if factor < 2:
-        raise InputError(f"a mesh refined {factor} times is not finer; at least 2 is needed")
+    check_amount("new intervals for each old one", factor, 2, MOST_INTERVALS)
     intervals = (gait.domains[0].times.size - 1) // 2
     program = build_program(replace(problem, intervals=factor * intervals))
     x = from_gait(program.problem, gait, program.layout) / program.layout.scale

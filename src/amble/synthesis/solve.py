@@ -42,6 +42,8 @@ SOLVED = ("Solve_Succeeded",)
 ROUNDING = 1e-9
 """How far a scaled start value may lie outside its bounds without being counted as moved."""
 
+MOST_ITERATIONS = 1_000_000
+
 WARM_ITERATIONS = 40
 """A warm start that needs more was not near: ASTRo's amble from 0.2 to 0.25 m/s takes 14, a cold start 36."""
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from amble.amounts import check_amount
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.progress import Progress
@@ -13,7 +14,7 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import build_program
 from amble.synthesis.result import to_gait
-from amble.synthesis.solve import Start, ipopt, solve_near
+from amble.synthesis.solve import MOST_ITERATIONS, Start, ipopt, solve_near
 from amble.synthesis.synthesize import require_independent_rows
 
 
@@ -58,9 +59,10 @@ def sweep(
         progress: called after every iteration.
 
     Raises:
-        InputError: the problems have different structures.
+        InputError: the problems have different structures, or the iterations are not from 1 to 1,000,000.
         NotSolvedError: equality rows depend on each other.
     """
+    check_amount("iterations", most_iterations, 1, MOST_ITERATIONS)
     known: Start | None = None
     rows: tuple[str, ...] | None = None
     for problem in problems:

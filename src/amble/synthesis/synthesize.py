@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from amble.amounts import check_amount
 from amble.errors import InputError, NotSolvedError, printable
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
@@ -17,7 +18,7 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, Structure, build_program, on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import SOLVERS, Solution, Start, solve_near
+from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Solution, Start, solve_near
 from amble.types import Vector
 
 logger = logging.getLogger("amble")
@@ -109,12 +110,14 @@ def synthesize(
 
     Raises:
         UnknownNameError: there is no solver of that name.
-        InputError: the problem cannot have a solution (``require_possible``).
+        InputError: the iterations are not from 1 to 1,000,000, or the problem cannot have a solution
+            (``require_possible``).
         GaitNotSolvedError: the solver stopped without a solution; the error carries the violated rows and the last
             iterate.
         NotSolvedError: equality rows of the problem depend on each other.
     """
     run = SOLVERS[solver]
+    check_amount("iterations", most_iterations, 1, MOST_ITERATIONS)
     require_possible(problem)
     program = build_program(problem)
     layout = program.layout

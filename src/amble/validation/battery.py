@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from amble.amounts import check_amount
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.gait import Gait
@@ -18,7 +19,7 @@ from amble.io.facts import rows_html
 from amble.progress import Progress, ProgressReport, silent
 from amble.simulation import Trace
 from amble.types import Json
-from amble.validation.loop import Loop, Schedule, Walk
+from amble.validation.loop import MOST_CYCLES, Loop, Schedule, Walk
 from amble.validation.mujoco_model import HARD, POINT, Plant, mujoco_model
 from amble.validation.walk_trace import interval_of, walk_trace
 
@@ -241,13 +242,13 @@ def validate(
         record: keep the motion of every walk, ``CaseResult.trace``.
 
     Raises:
-        InputError: the gait is under another control law, does not walk on level ground, or MuJoCo is not installed.
+        InputError: the gait is under another control law, does not walk on level ground, the cycles are not from 1 to
+            10,000, or MuJoCo is not installed.
         WorkError: there is no C compiler, or it fails.
     """
     if not gait.pattern.ground.level:
         raise InputError("a validation walks on level ground; this gait was made for another")
-    if cycles < 1:
-        raise InputError(f"{cycles} cycles were asked for; a walk has at least 1")
+    check_amount("cycles", cycles, 1, MOST_CYCLES)
     notify, robot = progress or silent, gait.robot
     gravity = robot.gravity
     mass, length = (1.0, 1.0) if absolute else (robot.mass / ASTRO_MASS, robot.leg_length / ASTRO_LENGTH)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from amble.amounts import check_amount
 from amble.codegen import compiler
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.control import AllocationLaw
@@ -23,6 +24,9 @@ from amble.types import Matrix
 from amble.validation.mujoco_model import require_mujoco, to_mujoco
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-O2", "-fPIC", "-shared")
+
+MOST_CYCLES = 10_000
+"""Of one walk."""
 
 LOWEST, STEEPEST = 0.5, 0.7
 """A base below this share of its height at the start, or whose axis has a smaller vertical component, has fallen."""
@@ -57,7 +61,8 @@ class Schedule:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse a seed that would be cut."""
+        """Refuse a walk without end and a seed that would be cut."""
+        check_amount("cycles", self.cycles, 1, MOST_CYCLES)
         if not 0 <= self.seed < 2**64:
             raise InputError(f"the seed of the noise is a whole number from 0 on of at most 64 bits, not {self.seed}")
 

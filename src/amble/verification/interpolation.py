@@ -6,7 +6,7 @@ from math import comb
 
 import numpy as np
 
-from amble.errors import InputError
+from amble.amounts import check_amount
 from amble.gait.record import DomainTrajectory
 from amble.types import Matrix, Vector
 
@@ -20,8 +20,7 @@ def fine_grid(times: Vector, grid: int) -> Vector:
     Raises:
         InputError: the grid is not from 1 to ``FINEST``.
     """
-    if not 1 <= grid <= FINEST:
-        raise InputError(f"a grid has from 1 to {FINEST} points in every spacing of nodes, not {grid}")
+    check_amount("points in every spacing of nodes", grid, 1, FINEST)
     steps = np.arange(grid) / grid
     inner = times[:-1, None] + np.diff(times)[:, None] * steps
     return np.append(inner.ravel(), times[-1])

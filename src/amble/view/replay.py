@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from amble.amounts import check_amount
 from amble.analysis import Samples
 from amble.errors import InputError
 from amble.hybrid import Ground
@@ -107,8 +108,7 @@ def check_cycles(cycles: int) -> None:
     Raises:
         InputError: it is not from 1 to ``MOST_CYCLES``.
     """
-    if not 1 <= cycles <= MOST_CYCLES:
-        raise InputError(f"a page shows from 1 to {MOST_CYCLES} cycles, not {cycles}")
+    check_amount("cycles", cycles, 1, MOST_CYCLES)
 
 
 def replay_of_samples(samples: Samples, label: str, cycles: int, meshes: tuple[Mesh, ...] = ()) -> Replay:

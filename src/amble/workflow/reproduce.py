@@ -17,7 +17,8 @@ from amble.progress import Progress, ProgressReport, silent
 from amble.report.run import RunReport, Stability, run_files, write_run
 from amble.report.stability_results import perturbed_results, stability_of
 from amble.simulation import Trace, save_trace, simulate
-from amble.simulation.walk import check_tolerance
+from amble.simulation.simulate import SAMPLES
+from amble.simulation.walk import check_record, check_tolerance
 from amble.stability import Certificate
 from amble.stability.certificate import TOLERANCES
 from amble.stability.gait_certificate import distances, initial_spectrum
@@ -94,8 +95,9 @@ def reproduce(
         FallError: a simulation did not walk all its cycles; its trace is written.
     """
     check_tolerance(tolerance)  # before the work whose result it would spoil
-    work = _Work(None if out is None else Path(out), progress or silent)
     posed = specification if isinstance(specification, PosedProblem) else pose(specification)
+    check_record(cycles, SAMPLES, len(posed.problem.pattern.visited), 2 * posed.problem.pattern.robot.size)
+    work = _Work(None if out is None else Path(out), progress or silent)
     gait = work.timed("synthesis", lambda: solve(posed, progress=work.notify))
     work.clear()
     work.write(SYNTHESIZED, lambda path: save_gait(gait, path))

@@ -1,0 +1,28 @@
+"""Numbers that say how much work is done: whole, from a least to a most, refused before the work in one sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amble.errors import InputError, shown
+
+LARGEST_SHOWN = 10**30
+
+
+def check_amount(what: str, value: object, least: int, most: int) -> None:
+    """Refuse an amount that is no whole number or out of range.
+
+    Args:
+        what: of what so many were asked for, such as "cycles".
+        value: the number.
+        least: the smallest that can be.
+        most: the largest.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (whole and least <= value <= most):  # type: ignore[operator]
+        huge = whole and abs(value) > LARGEST_SHOWN  # type: ignore[arg-type]
+        asked = "more digits" if huge else shown(value)
+        raise InputError(f"{asked} {what} were asked for; a whole number from {least:,} to {most:,} can be")
