@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from fuzz import kinds, meshes, motions, traces
+from fuzz import kinds, meshes, mjcf, motions, traces
 from fuzz.kinds import Kind
 
 READERS = (
     Kind("gait", ".json", 30, kinds.draw_gait, kinds.read_gait),
     Kind("urdf", ".urdf", 25, kinds.draw_urdf, kinds.read_urdf),
+    Kind("mjcf", ".xml", 3, mjcf.draw_mjcf, mjcf.read_mjcf),  # as traces are
     Kind("specification", ".toml", 20, kinds.draw_specification, kinds.read_specification),
     Kind("results", ".json", 10, kinds.draw_results, kinds.read_results),
     Kind("law", ".txt", 12, kinds.draw_law, kinds.read_law),

@@ -2,23 +2,21 @@
 
 A body with its joints becomes links and joints as a URDF has them: a joint's frame lies where the joint is, and joints
 of one body follow each other. Meshes of bodies whose inertia is written out are removed before compiling, so that their
-files need not be there. Sites and geoms with a name are frames that a foot may be called by.
+files need not be there (``mjcf_model``). Sites and geoms with a name are frames that a foot may be called by.
 """
 
 from __future__ import annotations
 
-import logging
 import re
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from amble.errors import InputError, printable, shown
+from amble.errors import InputError
 from amble.io.reader import read_bytes
-from amble.optional import require
+from amble.robot.mjcf_model import compiled
 from amble.robot.rotation import rotation_about, snap
 from amble.robot.urdf import LARGEST, FileJoint, FileLink, FileRobot, read_urdf
 from amble.types import Matrix, Vector, frozen
@@ -26,8 +24,6 @@ from amble.types import Matrix, Vector, frozen
 ROOT = re.compile(rb"<(mujoco|robot)\b")
 KINDS = ("floating", "ball", "prismatic", "revolute")
 """MuJoCo's joint types 0 to 3: free, ball, slide, hinge."""
-
-logger = logging.getLogger("amble")
 
 UNNAMED = "MuJoCo Model"
 """What MuJoCo calls a model without a name."""
@@ -50,7 +46,7 @@ def read_mjcf(path: Path) -> FileRobot:
         MissingExtraError: mujoco is not installed.
         InputError: MuJoCo does not compile the file, its robot has no free joint or virtual base, or a loop is closed.
     """
-    model = _compiled(path, read_bytes(path, "robot file", LARGEST))
+    model = compiled(path)
     walking = _walking_bodies(model)
     if not walking:
         raise InputError(f"{path.name}: no body of the file moves on joints")
@@ -79,48 +75,12 @@ def read_mjcf(path: Path) -> FileRobot:
             links.append(FileLink(frame, 0.0, frozen(np.zeros(3)), frozen(np.zeros((3, 3)))))
             on = _name(model, "body", body)
             joints.append(_file_joint(f"{frame} on {on}", "fixed", on, frame, np.eye(3), place))
-    name = str(model.names.split(b"\0")[0].decode())
-    named = name if name not in ("", UNNAMED) else path.stem
+    named = model.name if model.name not in ("", UNNAMED) else path.stem
     return FileRobot(named, tuple(links), _coupled(model, joints), _unused(model))
 
 
-def _compiled(path: Path, content: bytes) -> Any:
-    """Compile a file; MuJoCo tells a file's format by its suffix, and text has none."""
-    require("mujoco", "mujoco", "MJCF files")
-    import mujoco
-
-    before = mujoco.get_mju_user_warning()
-    said: list[str] = []
-    mujoco.set_mju_user_warning(lambda text: said.append(str(text)))  # else it prints, and writes a file of its own
-    try:
-        text, known = content.decode(), path.suffix.lower() == ".xml"  # names that are no text would be found later
-        spec = mujoco.MjSpec.from_file(str(path)) if known else mujoco.MjSpec.from_string(text)
-        spec.compiler.fusestatic = False
-        for body in spec.bodies:
-            if body.explicitinertial:
-                for geom in list(body.geoms):
-                    if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-                        spec.delete(geom)
-        used = {geom.meshname for geom in spec.geoms}
-        for part in (*spec.skins, *(mesh for mesh in spec.meshes if mesh.name not in used), *spec.textures):
-            spec.delete(part)
-        with warnings.catch_warnings(record=True) as warned:
-            warnings.simplefilter("always")
-            model = spec.compile()
-        for text in dict.fromkeys([*said, *(str(each.message) for each in warned)]):
-            logger.warning("%s: MuJoCo warns: %s", path.name, shown(text))
-        return model
-    except (ValueError, RuntimeError) as error:  # UnicodeError is a ValueError
-        raise InputError(
-            f"robot file '{printable(str(path))}': MuJoCo does not compile it: {shown(str(error), 200)}"
-        ) from error
-    finally:
-        mujoco.set_mju_user_warning(before)
-
-
 def _name(model: Any, kind: str, number: int) -> str:
-    name = getattr(model, kind)(number).name
-    return str(name) if name else f"{kind} {number}"
+    return model.names[kind][number] or f"{kind} {number}"
 
 
 def _joints(model: Any, body: int) -> list[int]:
@@ -134,8 +94,8 @@ def _kinds(model: Any, body: int) -> list[str]:
 
 def _walking_bodies(model: Any) -> list[int]:
     """Bodies of the trees that joints move, in file order."""
-    moved = {int(model.body_rootid[body]) for body in range(1, model.nbody) if _joints(model, body)}
-    return [body for body in range(1, model.nbody) if int(model.body_rootid[body]) in moved]
+    moved = {int(model.body_rootid[body]) for body in range(1, len(model.body_mass)) if _joints(model, body)}
+    return [body for body in range(1, len(model.body_mass)) if int(model.body_rootid[body]) in moved]
 
 
 def _rotation(quaternion: Vector) -> Matrix:
@@ -205,7 +165,7 @@ def _gears(model: Any, j: int) -> dict[int, float]:
     """Actuator -> gear, of those that move a joint."""
     return {
         number: float(model.actuator_gear[number][0])
-        for number in range(model.nu)
+        for number in range(len(model.actuator_trntype))
         if int(model.actuator_trntype[number]) in (0, 1) and int(model.actuator_trnid[number][0]) == j
     }
 
@@ -241,18 +201,19 @@ def _file_joint(name: str, kind: str, parent: str, child: str, rotation: Matrix,
 def _frames(model: Any, bodies: list[int]) -> list[tuple[str, int, Vector]]:
     """Name, body and place of the sites and named geoms of some bodies."""
     found = []
-    for kind, count in (("site", model.nsite), ("geom", model.ngeom)):
-        for number in range(count):
-            part = getattr(model, kind)(number)
-            body = int(np.ravel(part.bodyid)[0])
-            if part.name and body in bodies:
-                found.append((str(part.name), body, np.array(part.pos)))
+    for kind, on, places in (
+        ("site", model.site_bodyid, model.site_pos),
+        ("geom", model.geom_bodyid, model.geom_pos),
+    ):
+        for name, body, place in zip(model.names[kind], on, places, strict=True):
+            if name and int(body) in bodies:
+                found.append((name, int(body), place))
     return found
 
 
 def _coupled(model: Any, joints: list[FileJoint]) -> tuple[FileJoint, ...]:
     """Mark the joints that an equality constraint ties to another by a line."""
-    for number in range(model.neq):
+    for number in range(len(model.eq_type)):
         if int(model.eq_type[number]) != JOINT or not bool(model.eq_active0[number]):
             continue
         own, other = (_name(model, "joint", int(ids[number])) for ids in (model.eq_obj1id, model.eq_obj2id))
@@ -264,7 +225,7 @@ def _coupled(model: Any, joints: list[FileJoint]) -> tuple[FileJoint, ...]:
 
 
 def _check_open(model: Any, path: Path) -> None:
-    for number in range(model.neq):
+    for number in range(len(model.eq_type)):
         if int(model.eq_type[number]) in (CONNECT, WELD) and bool(model.eq_active0[number]):
             raise InputError(
                 f"{path.name}: the equality constraint '{_name(model, 'equality', number)}' closes a loop of bodies; "
@@ -277,10 +238,10 @@ def _unused(model: Any) -> tuple[str, ...]:
     notes = [
         f"joint '{_name(model, 'joint', j)}' has a spring (stiffness {float(np.ravel(model.jnt_stiffness[j])[0]):g}), "
         "which is not used"
-        for j in range(model.njnt)
+        for j in range(len(model.jnt_type))
         if np.any(model.jnt_stiffness[j])
     ]
-    notes += [f"tendons ({model.ntendon}) are not used"] if model.ntendon else []
+    notes += [f"tendons ({model.tendons}) are not used"] if model.tendons else []
     if np.any(model.body_gravcomp):
         notes.append("gravity compensation of bodies is not used")
     return tuple(notes)
