@@ -50,10 +50,13 @@ class StanceLoop(Flow):
     Attributes:
         guard: gap of the landing foot above the ground, or mean normal force of the lifting feet less ``lift_off``.
         reset: state after the impact, in the same coordinates.
+        push: of a guard that is a force, what it changes by with that which feedback acts through, (1, n): the commanded
+            accelerations w, or the torques where the law gives these. None where the guard is a gap.
     """
 
     guard: ca.Function
     reset: ca.Function
+    push: ca.Function | None = None
 
 
 def stance_loops(
@@ -88,7 +91,7 @@ def stance_loops(
         force = lift_off if switch.leaving else 0.0
         flow = _flow_functions(contacts, law, switch.source, count, order, phase)
         events = _event_functions(contacts, landed, law, switch, count, order, phase, force)
-        sources |= {f"loop_{name}": flow, f"switch_{name}": events}
+        sources |= {f"loop_{name}": (*flow, *events[2:]), f"switch_{name}": events[:2]}
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)
     names = [switch.source.name for switch in pattern.switches]
@@ -136,11 +139,17 @@ def _event_functions(
     phase: Phase,
     lift_off: float,
 ) -> tuple[ca.Function, ...]:
-    """Write the event that ends one stance as functions."""
+    """Write the event that ends one stance as functions: guard, reset, and of a guard that is a force its push."""
     q, v, symbols, constraints = _arguments(contacts.robot, outputs, order, phase)
-    loop = _loop(contacts, law, switch.source, symbols, constraints)
+    pushed = ca.SX.sym("pushed", contacts.robot.size - 3) if switch.leaving else None
+    loop = _loop(contacts, law, switch.source, symbols, constraints, pushed)
     crossing, after = guard(contacts, switch, q, loop, lift_off), reset(landed, switch, q, v)
-    return function("guard", symbols, {"guard": crossing}), function("reset", symbols, {"state": after})
+    same = function("reset", symbols, {"state": after})
+    if pushed is None:
+        return function("guard", symbols, {"guard": crossing}), same
+    zero = ca.DM.zeros(pushed.shape)
+    crossing, slope = ca.substitute([crossing, ca.densify(ca.jacobian(crossing, pushed))], [pushed], [zero])
+    return function("guard", symbols, {"guard": crossing}), same, function("push", symbols, {"push": slope})
 
 
 def _arguments(
@@ -153,9 +162,14 @@ def _arguments(
 
 
 def _loop(
-    contacts: Contacts, law: AllocationLaw, stance: Stance, symbols: list[ca.SX], constraints: VirtualConstraints
+    contacts: Contacts,
+    law: AllocationLaw,
+    stance: Stance,
+    symbols: list[ca.SX],
+    constraints: VirtualConstraints,
+    pushed: ca.SX | None = None,
 ) -> Linearised:
     size = contacts.robot.size
     t, x, _ = symbols
     phase = constraints.phase_rates(contacts.robot, stance, t, x[:size], x[size:])
-    return linearise(contacts, law, x[:size], x[size:], phase, constraints)
+    return linearise(contacts, law, x[:size], x[size:], phase, constraints, pushed)

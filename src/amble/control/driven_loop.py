@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import casadi as ca
@@ -56,8 +56,9 @@ def driven_loops(
     for switch, size in zip(pattern.switches, sizes, strict=True):
         name, contacts, landed = switch.source.name, pattern.contacts(switch.source), pattern.contacts(switch.target)
         force = lift_off if switch.leaving else 0.0
-        sources[f"loop_{name}"] = _driven_flow(contacts, torques, size)
-        sources[f"switch_{name}"] = _driven_events(contacts, landed, torques, switch, size, force)
+        events = _driven_events(contacts, landed, torques, switch, size, force)
+        sources[f"loop_{name}"] = (*_driven_flow(contacts, torques, size), *events[2:])
+        sources[f"switch_{name}"] = events[:2]
         derivatives[f"switch_{name}"] = ("jac",)
     native = compile_all(sources, derivatives)
     names = [switch.source.name for switch in pattern.switches]
@@ -124,4 +125,10 @@ def _driven_events(
     half = contacts.robot.size
     q, v = symbols[1][:half], symbols[1][half:]
     here, after = guard(contacts, switch, q, motion, lift_off), reset(landed, switch, q, v)
-    return function("guard", symbols, {"guard": here}), function("reset", symbols, {"state": after})
+    events = function("guard", symbols, {"guard": here}), function("reset", symbols, {"state": after})
+    if not switch.leaving:
+        return events
+    B, forces = selection(contacts.robot), ca.SX.sym("forces", contacts.size)
+    _, response = motion.equations.solve(B, ca.SX(contacts.size, B.shape[1]))
+    slope = ca.jacobian(guard(contacts, switch, q, replace(motion, forces=forces), lift_off), forces) @ response
+    return *events, function("push", symbols, {"push": ca.densify(slope)})

@@ -105,6 +105,7 @@ def linearise(
     v: ca.SX,
     phase: PhaseRates,
     constraints: VirtualConstraints,
+    pushed: ca.SX | None = None,
 ) -> Linearised:
     """Write the closed loop of a stance as expressions.
 
@@ -118,6 +119,7 @@ def linearise(
         v: their rates, (n_q,).
         phase: the phase variable there.
         constraints: gains, references and output null space.
+        pushed: what is added to the commanded accelerations w, to see what answers, (n_a,).
 
     Raises:
         InputError: where the stance does not allow exactly as many outputs.
@@ -127,6 +129,7 @@ def linearise(
     J = (equations := MotionEquations.of(contacts, q, constraints.null_space)).jacobian
 
     commanded = commanded_acceleration(q, v, phase, constraints, phase.bias)
+    commanded = commanded if pushed is None else commanded + pushed
     # with u = (D a + h - J^T lambda)_joints, N^T u = 0 is a row for a and lambda, next to the base's six
     a, smallest = equations.solve(commanded, -contacts.bias(q, v), -equations.rows @ h)
     closure = PhaseClosure.of(equations, phase, reference_slope(phase, constraints)) if phase.by_state else None

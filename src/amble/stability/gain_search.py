@@ -23,7 +23,7 @@ from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedb
 from amble.stability.lyapunov import smoothed_radius
 from amble.stability.orbit import Orbit, sample_orbit
 from amble.stability.weight_search import LARGEST_DRIFT, TRACE, Closed, passages_of, radius_and_bound
-from amble.stability.weighted_map import Transport, along_orbit, reduced, sandwiched, sides, transported
+from amble.stability.weighted_map import Transport, along_orbit, around, forced_event, reduced, sandwiched, transported
 from amble.types import Matrix, NodeValues, Vector
 
 if TYPE_CHECKING:
@@ -56,10 +56,10 @@ class GainMap:
         """Return the gradient in the logarithms of the gains of a function with these slopes in ``matrices``."""
         found, orbit = np.zeros(self.values.size), self.search.orbit
         for events, outer in zip(orbit.events, outers, strict=True):
-            both = sides(orbit, events, self.transports)
-            for domain, (left, right), transport in zip(orbit.domains, both, self.transports, strict=True):
-                before, after = sandwiched(left, right, transport)
-                weights = np.einsum("k,kmj,mn,kxn->kjx", transport.measure, after, outer, before, optimize=True)
+            both = around(orbit, events, self.transports)
+            for domain, sides, transport in zip(orbit.domains, both, self.transports, strict=True):
+                before, after = sandwiched(*sides, transport)
+                weights = np.einsum("kmj,mn,kxn->kjx", after, outer, before, optimize=True)
                 pulled = self.search.pulled(domain.name, self.packed[domain.name], weights)
                 for label, place in self.search.places[domain.name].items():
                     found[self.search.labels.index(label)] += pulled[place]
@@ -151,9 +151,11 @@ class GainSearch:
         function = ca.Function("pulled", [t, x, p, outer], [ca.densify(slope)])
         here = next(entry for entry in self.orbit.domains if entry.name == domain)
         count = len(weights)
-        clock, states = here.clock.reshape(1, count), here.states.reshape(count, -1).T
+        clock, states = here.clock.ravel(), here.states.reshape(-1, here.states.shape[-1])
+        if here.lift_off is not None:
+            clock, states = np.append(clock, here.duration), np.vstack([states, here.lift_off.state])
         stacked = np.concatenate(list(weights), axis=1)
-        found = function.map(count)(clock, states, np.tile(packed[:, None], count), stacked)
+        found = function.map(count)(clock[None], states.T, np.tile(packed[:, None], count), stacked)
         return np.asarray(ca.DM(found)).sum(axis=1)
 
     def close(self, theta: Vector) -> Closed:
@@ -200,7 +202,10 @@ def _transport(name: str, orbit: Orbit, packed: Vector) -> Transport:
     domain = next(entry for entry in orbit.domains if entry.name == name)
     jacobian, response = along_orbit(domain, packed)
     size = jacobian.shape[-1]
-    return transported(domain, jacobian, response, np.broadcast_to(np.eye(size), (len(jacobian), size, size)))
+    found = transported(domain, jacobian, response, np.broadcast_to(np.eye(size), (len(jacobian), size, size)))
+    if domain.lift_off is None:
+        return found
+    return replace(found, lift_off=forced_event(domain, domain.lift_off, packed, np.eye(size)))
 
 
 def _sampled(

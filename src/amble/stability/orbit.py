@@ -1,7 +1,8 @@
 """A closed orbit with everything its monodromy needs, so that new output weights need no new integration of the motion.
 
 On the orbit the outputs and their rates vanish whatever the weights are, so the orbit, its events and the slopes of
-its resets stay; only the slope of the vector field depends on the weights (docs/theory/virtual-constraints.md, eq. 18).
+its resets stay; only the slope of the vector field depends on the weights (docs/theory/virtual-constraints.md, eq. 18),
+and that of a guard that is a force, since feedback acts on the forces.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numpy.polynomial import legendre
 from amble.control.closed_loop import StanceLoop
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.hybrid.system import numeric
+from amble.stability.derivatives import slopes
 from amble.stability.monodromy import Monodromy, event_factor
 from amble.types import Matrix, NodeValues, Vector
 
@@ -46,6 +48,30 @@ RULE = GaussRule.of(STAGES)
 
 
 @dataclass(frozen=True, kw_only=True)
+class LiftOff:
+    """An event whose guard is a force: its slope g_x depends on the feedback, and the event is reset - jump g_x.
+
+    Attributes:
+        state: just before it, (n_x,).
+        reset: slope of the reset, (n_x, n_x).
+        jump: what the state after it changes by with the time of the event, over the rate of the force, (n_x,).
+        guard: (t, x, p) -> g.
+        push: (t, x, p) -> what g changes by with that which feedback acts through (``StanceLoop.push``), (1, n).
+    """
+
+    state: Vector
+    reset: Matrix
+    jump: Vector
+    guard: ca.Function
+    push: ca.Function
+
+    def factor(self, clock: float, parameters: Vector) -> Matrix:
+        """Return the event for the parameters of a feedback, (n_x, n_x)."""
+        slope, _ = slopes(self.guard, "the guard of a lift-off", clock, self.state, parameters)
+        return self.reset - np.outer(self.jump, slope)
+
+
+@dataclass(frozen=True, kw_only=True)
 class DomainOrbit:
     """The orbit in one domain.
 
@@ -57,6 +83,7 @@ class DomainOrbit:
         event: slope of the state after the reset with respect to the state before the event at fixed clock,
             (n_x, n_x); where feet land one by one, of that after the last landing.
         variation: compiled (t, x, p) -> (d field / d x, R, E) of ``control.closed_loop.StanceLoop``.
+        lift_off: the event where its guard is a force; None where it is a gap.
     """
 
     name: str
@@ -65,6 +92,7 @@ class DomainOrbit:
     states: NodeValues
     event: Matrix
     variation: ca.Function
+    lift_off: LiftOff | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,8 +188,19 @@ def _followed(
         states=motion.y[:, :-1].T.reshape(PANELS, STAGES, entry.size),
         event=event_factor(domain, transition, duration, before),
         variation=loop.variation,
+        lift_off=None if loop.push is None else _lift_off(domain, transition, duration, before, loop.push),
     )
     return orbit, before
+
+
+def _lift_off(domain: Domain, transition: Transition, clock: float, state: Vector, push: ca.Function) -> LiftOff:
+    """Take the event of ``monodromy.event_factor`` apart."""
+    where = (clock, state, domain.parameters)
+    guard_x, guard_t = slopes(transition.guard, f"the guard of '{transition.name}'", *where)
+    reset_x, reset_t = slopes(transition.reset, f"the reset of '{transition.name}'", *where)
+    rate = numeric(domain.field(*where))
+    jump = (reset_x @ rate + reset_t) / float((guard_x @ rate + guard_t).item())
+    return LiftOff(state=state, reset=reset_x, jump=jump, guard=transition.guard, push=push)
 
 
 def _image(event: Matrix, neutral: Sequence[Vector]) -> Matrix:

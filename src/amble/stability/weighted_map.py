@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from amble.control.virtual_constraints import repacked
 from amble.simulation.bound import bind
-from amble.stability.orbit import PANELS, RULE, STAGES, DomainOrbit, Orbit
+from amble.stability.orbit import PANELS, RULE, STAGES, DomainOrbit, LiftOff, Orbit
 from amble.types import Matrix, NodeValues, Vector
 
 
@@ -61,6 +61,7 @@ class Transport:
         response: K at the nodes, (k, n_q, n_y).
         error: E at the nodes, (k, n_a, n_x).
         measure: quadrature weights over time, (k,), s.
+        lift_off: what the feedback makes of an event whose guard is a force; None where it is a gap.
     """
 
     whole: Matrix
@@ -70,6 +71,24 @@ class Transport:
     response: NodeValues
     error: NodeValues
     measure: Vector
+    lift_off: ForcedEvent | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForcedEvent:
+    """A lift-off under some feedback, which acts at its one instant as it does all along the domain.
+
+    Attributes:
+        event: slope of the state after the reset with respect to that before it, (n_x, n_x).
+        jump: as in ``LiftOff``, (n_x,).
+        push: what the force changes by with every output's acceleration, or with every torque, (n_y,).
+        error: E before the event, (n_a, n_x).
+    """
+
+    event: Matrix
+    jump: Vector
+    push: Vector
+    error: Matrix
 
 
 @dataclass(frozen=True)
@@ -98,33 +117,39 @@ class WeightedMap:
         """Return the gradient with respect to theta of a function with these slopes with respect to ``matrices``.
 
         On the orbit d field / d x changes by -K dH E, a matrix of rank one for one weight, so
-        dPhi(T, 0) = - int Phi(T, t) [0; K] dH E Phi(t, 0) dt.
+        dPhi(T, 0) = - int Phi(T, t) [0; K] dH E Phi(t, 0) dt; the slope of a force that ends a domain changes alike.
         """
         total = np.zeros(self.weighting.size)
         for events, outer in zip(self.orbit.events, outers, strict=True):
             collected = {}
-            both = sides(self.orbit, events, self.transports)
-            for domain, (left, right), transport in zip(self.orbit.domains, both, self.transports, strict=True):
-                before, after = sandwiched(left, right, transport)
-                collected[domain.name] = -np.einsum(
-                    "k,kmr,mn,kcn->rc", transport.measure, after, outer, before, optimize=True
-                )
+            both = around(self.orbit, events, self.transports)
+            for domain, sides, transport in zip(self.orbit.domains, both, self.transports, strict=True):
+                before, after = sandwiched(*sides, transport)
+                collected[domain.name] = -np.einsum("kmr,mn,kcn->rc", after, outer, before, optimize=True)
             total += self.weighting.gather(collected)
         return total
 
 
-def sides(orbit: Orbit, events: Sequence[Matrix], transports: Sequence[Transport]) -> list[tuple[Matrix, Matrix]]:
-    """Return what stands left and right of Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis, for some events."""
-    factors = [event @ t.whole for event, t in zip(events, transports, strict=True)]
+def around(
+    orbit: Orbit, events: Sequence[Matrix], transports: Sequence[Transport]
+) -> list[tuple[Matrix, Matrix, Matrix]]:
+    """Return what stands left of E_d Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis, E_d, and what right."""
+    happened = _happened(events, transports)
+    factors = [event @ t.whole for event, t in zip(happened, transports, strict=True)]
     found = []
-    for index, event in enumerate(events):
+    for index, event in enumerate(happened):
         left, right = orbit.dual, orbit.basis
         for later in reversed(factors[index + 1 :]):
             left = left @ later
         for earlier in factors[:index]:
             right = earlier @ right
-        found.append((left @ event, right))
+        found.append((left, event, right))
     return found
+
+
+def _happened(events: Sequence[Matrix], transports: Sequence[Transport]) -> list[Matrix]:
+    """The events under the feedback of the transports."""
+    return [event if t.lift_off is None else t.lift_off.event for event, t in zip(events, transports, strict=True)]
 
 
 def reduced(orbit: Orbit, transports: Sequence[Transport]) -> tuple[Matrix, ...]:
@@ -132,7 +157,7 @@ def reduced(orbit: Orbit, transports: Sequence[Transport]) -> tuple[Matrix, ...]
     matrices = []
     for events in orbit.events:
         total = orbit.basis
-        for event, transport in zip(events, transports, strict=True):
+        for event, transport in zip(_happened(events, transports), transports, strict=True):
             total = event @ (transport.whole @ total)
         matrices.append(orbit.dual @ total)
     return tuple(matrices)
@@ -148,8 +173,34 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
 
 
 def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
-    jacobian, response, error = along_orbit(domain, repacked(packed, weights))
-    return transported(domain, jacobian, response @ np.linalg.pinv(weights), error)
+    parameters, inverse = repacked(packed, weights), np.linalg.pinv(weights)
+    jacobian, response, error = along_orbit(domain, parameters)
+    found = transported(domain, jacobian, response @ inverse, error)
+    if domain.lift_off is None:
+        return found
+    before = domain.variation(domain.duration, domain.lift_off.state, parameters)[2]
+    return replace(found, lift_off=forced_event(domain, domain.lift_off, parameters, np.asarray(before), inverse))
+
+
+def forced_event(
+    domain: DomainOrbit, lift_off: LiftOff, parameters: Vector, error: Matrix, inverse: Matrix | None = None
+) -> ForcedEvent:
+    """Return what a feedback makes of a lift-off.
+
+    Args:
+        domain: that it ends.
+        lift_off: the event.
+        parameters: p of the feedback.
+        error: E before the event, (n_a, n_x).
+        inverse: H^+ where the feedback acts through outputs, (n_a, n_y).
+    """
+    push = np.asarray(lift_off.push(domain.duration, lift_off.state, parameters)).ravel()
+    return ForcedEvent(
+        event=lift_off.factor(domain.duration, parameters),
+        jump=lift_off.jump,
+        push=push if inverse is None else push @ inverse,
+        error=error,
+    )
 
 
 def along_orbit(domain: DomainOrbit, parameters: Vector) -> list[NodeValues]:
@@ -208,16 +259,23 @@ def _collocated(step: float, fields: NodeValues) -> NodeValues:
     return found
 
 
-def sandwiched(left: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
-    """Return E Phi(t_k, 0) right, (k, n_a, m), and left Phi(T, t_k) [0; K], (k, m, n_y).
+def sandwiched(left: Matrix, event: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
+    """Return E Phi(t_k, 0) right, (k, n_a, m), and left E_d Phi(T, t_k) [0; K] times measure, (k, m, n_y).
 
+    The sum of their products is minus the slope of the whole product in the weights. A lift-off is one node more.
     Phi(T, t_k) goes back panel by panel, so that modes that die out within a domain do no harm.
     """
     before = transport.error @ (transport.until @ right)
     half, size = transport.response.shape[1], transport.whole.shape[0]
-    onward, rows = np.empty((PANELS, STAGES, *left.shape)), left
+    onward, rows = np.empty((PANELS, STAGES, *left.shape)), left @ event
     for panel in reversed(range(PANELS)):
         rows = rows @ transport.across[panel]
         backward = transport.within[panel].transpose(0, 2, 1)
         onward[panel] = np.linalg.solve(backward, np.broadcast_to(rows.T, (STAGES, *rows.T.shape))).transpose(0, 2, 1)
-    return before, onward.reshape(PANELS * STAGES, -1, size)[:, :, half:] @ transport.response
+    after = onward.reshape(PANELS * STAGES, -1, size)[:, :, half:] @ transport.response
+    after *= transport.measure[:, None, None]
+    forced = transport.lift_off
+    if forced is None:
+        return before, after
+    last = forced.error @ (transport.whole @ right), -np.outer(left @ forced.jump, forced.push)
+    return np.concatenate([before, last[0][None]]), np.concatenate([after, last[1][None]])
