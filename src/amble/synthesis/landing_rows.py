@@ -1,4 +1,5 @@
-"""Rows of feet that land one by one: every order of landing is possible, and the feet that stand meanwhile hold.
+"""Rows behind landings: released feet go up; of feet that land one by one every order is possible, and those that stand
+meanwhile hold.
 
 On the gait all feet of a switch land at once, so the stances between two landings last no time. What they need are the
 rates behind the impact on their feet, and there the accelerations and forces of docs/theory/hybrid-model.md, eq. 22.
@@ -54,13 +55,31 @@ def order_rows(problem: GaitProblem, switch: Switch, stance: Stance, q: ca.SX, v
         rows.append(contacts.contact.normal_force(push))
         labels += RowKind.LANDING_ORDER.labels([f"{where}: impulse {foot}"], "N s")
         lower.append(0.0)
-    for foot in (*switch.lifting, *_late(switch, stance)):
-        up = _upwards(problem, foot, q, v)
-        rows.append(up if foot in switch.lifting else -up)
-        way = "up" if foot in switch.lifting else "down"
-        labels += RowKind.LANDING_ORDER.labels([f"{where}: velocity {way} {foot}"], "m/s")
+    for foot in _late(switch, stance):
+        rows.append(-_upwards(problem, foot, q, v))
+        labels += RowKind.LANDING_ORDER.labels([f"{where}: velocity down {foot}"], "m/s")
         lower.append(RELEASE * velocity_unit(problem.pattern.robot))
+    released = release_rows(problem, switch, q, v, where)
+    rows, labels, lower = rows + released.rows, labels + released.labels, lower + released.lower
     return RowGroup(rows=rows, labels=labels, lower=lower, upper=[np.inf] * len(rows))
+
+
+def release_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX, where: str) -> RowGroup:
+    """Return rows that say that the feet which a landing releases go up behind it.
+
+    One that went down would be in the ground at once, and where it is the next to land, its guard would fire.
+
+    Args:
+        problem: the gait problem.
+        switch: at which feet land and lift.
+        q: coordinates there, (n_q,).
+        v: their rates behind the impact, (n_q,).
+        where: which impact, for the labels.
+    """
+    least = RELEASE * velocity_unit(problem.pattern.robot)
+    labels = RowKind.LANDING_ORDER.labels((f"{where}: velocity up {foot}" for foot in switch.lifting), "m/s")
+    rows = [_upwards(problem, foot, q, v) for foot in switch.lifting]
+    return RowGroup(rows=rows, labels=labels, lower=[least] * len(rows), upper=[np.inf] * len(rows))
 
 
 def landing_blocks(problem: GaitProblem, layout: Layout, number: int) -> list[Block]:

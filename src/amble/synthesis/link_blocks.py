@@ -18,7 +18,7 @@ from amble.robot import dynamics, kinematics
 from amble.robot.parts import RATE
 from amble.robot.turn import turn_error, turned_velocity
 from amble.synthesis.block import Block, Label
-from amble.synthesis.landing_rows import order_rows
+from amble.synthesis.landing_rows import order_rows, release_rows
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
 from amble.synthesis.node_block import ProgramParameters, output_indices
@@ -123,6 +123,8 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         groups += [_impact_rows(problem, switch, symbols), _touchdown_rows(problem, switch, symbols)]
         if domain.landings:
             groups.append(order_rows(problem, switch, switch.target, before[0], symbols.v_next, symbols.impulse))
+        else:
+            groups.append(release_rows(problem, switch, before[0], symbols.v_next, "behind the impact"))
     else:
         names = pattern.robot.coordinate_names
         labels = RowKind.CONTINUITY.labels((f"continuity {RATE}{name}" for name in names), units(names, "/s"))
