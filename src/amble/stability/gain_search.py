@@ -65,6 +65,10 @@ class GainMap:
                     found[self.search.labels.index(label)] += pulled[place]
         return found * self.values
 
+    def conditioning(self) -> tuple[float, Vector]:
+        """Zero: torques need no decoupling."""
+        return 0.0, np.zeros(self.values.size)
+
 
 @dataclass(frozen=True, kw_only=True)
 class GainSearch:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.control.virtual_constraints import repacked
+from amble.control.virtual_constraints import POSITION_SIZE, repacked
 from amble.simulation.bound import bind
 from amble.stability.orbit import PANELS, RULE, STAGES, DomainOrbit, LiftOff, Orbit
 from amble.types import Matrix, NodeValues, Vector
@@ -22,11 +22,13 @@ class Weighting:
         start: domain -> H_0, (n_y, n_a).
         free: domain -> mask of the free entries of H, (n_y, n_a).
         packed: domain -> parameters of the compiled loop with H_0.
+        by_time: whether the curves run on time alone.
     """
 
     start: Mapping[str, Matrix]
     free: Mapping[str, NDArray[np.bool_]]
     packed: Mapping[str, Vector]
+    by_time: bool = True
 
     @property
     def size(self) -> int:
@@ -62,6 +64,7 @@ class Transport:
         error: E at the nodes, (k, n_a, n_x).
         measure: quadrature weights over time, (k,), s.
         lift_off: what the feedback makes of an event whose guard is a force; None where it is a gap.
+        weights: H, (n_y, n_a); empty where feedback has none.
     """
 
     whole: Matrix
@@ -72,6 +75,7 @@ class Transport:
     error: NodeValues
     measure: Vector
     lift_off: ForcedEvent | None = None
+    weights: Matrix = field(default_factory=lambda: np.empty((0, 0)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,6 +134,30 @@ class WeightedMap:
         return total
 
 
+    def conditioning(self) -> tuple[float, Vector]:
+        """Return how near the outputs come to what no torque can decouple, and its gradient in theta.
+
+        The oblique projector Q = S R takes the accelerations that are commanded to those that follow, along the kernel
+        of H. Its norm is one over the sine of an angle, infinite where the decoupling is singular, and the same for all
+        weights of one kernel. The value is the mean over the domains of log(mean |Q|^2 / n_y); dQ = S K dH (1 - Q).
+        It is zero where the curves run on a phase of the state, whose closure is not in Q.
+        """
+        total, slopes = 0.0, {}
+        for domain, transport in zip(self.orbit.domains, self.transports, strict=True):
+            mask = self.weighting.free[domain.name]
+            slopes[domain.name] = np.zeros(mask.shape)
+            if not self.weighting.by_time:
+                continue
+            response = transport.response[:, POSITION_SIZE:, :]
+            follows = response @ transport.weights
+            size = float(np.einsum("kij,kij->", follows, follows))
+            total += np.log(size / (len(follows) * mask.shape[0])) / len(self.transports)
+            missing = np.eye(mask.shape[1]) - follows
+            slope = np.einsum("kir,kij,kcj->rc", response, follows, missing, optimize=True)
+            slopes[domain.name] = 2.0 / (size * len(self.transports)) * slope
+        return total, self.weighting.gather(slopes)
+
+
 def around(
     orbit: Orbit, events: Sequence[Matrix], transports: Sequence[Transport]
 ) -> list[tuple[Matrix, Matrix, Matrix]]:
@@ -175,7 +203,7 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
 def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
     parameters, inverse = repacked(packed, weights), np.linalg.pinv(weights)
     jacobian, response, error = along_orbit(domain, parameters)
-    found = transported(domain, jacobian, response @ inverse, error)
+    found = replace(transported(domain, jacobian, response @ inverse, error), weights=weights)
     if domain.lift_off is None:
         return found
     before = domain.variation(domain.duration, domain.lift_off.state, parameters)[2]
