@@ -16,6 +16,10 @@ from amble.robot.proposal import bent_ranges, nominal_posture
 OFF_STRAIGHT = radians(15.0)
 """Least bend of knees by default, rad."""
 
+ACCELERATION, IN_FLIGHT = 9.0, 18.0
+"""Largest acceleration of joints by default, in g / l; of gaits with flight, where all legs are pulled up and put down in
+one domain: Go2's pronk has no solution with half as much."""
+
 CLEARANCE = 0.08
 """Height of swing feet at the middle of their swing by default, as a share of the leg length."""
 
@@ -25,10 +29,10 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
 
     For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
     other, joint limits come from its description, and the rest follows from size and weight, with l the leg length, m
-    the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), accelerations up to 9 g / l, a touchdown slower
-    than 0.15 sqrt(g l) forward, 0.05 sideways and 0.45 downward, there faster than 0.02, normal forces from 2.4 % of
-    m g, swing feet above 8 % of l, roll and pitch within 0.1 rad, knees at least 15 degrees off straight and bent as
-    at the posture. Without these the smallest torques are those of straight legs whose feet hardly rise.
+    the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), accelerations up to 9 g / l, with flight 18, a
+    touchdown slower than 0.15 sqrt(g l) forward, 0.05 sideways and 0.45 downward, there faster than 0.02, normal forces
+    from 2.4 % of m g, swing feet above 8 % of l, roll and pitch within 0.1 rad, knees at least 15 degrees off straight
+    and bent as at the posture. Without these the smallest torques are those of straight legs whose feet hardly rise.
 
     Args:
         pattern: the gait pattern, with the robot.
@@ -41,7 +45,8 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
         torques = dict.fromkeys(robot.joint_names, bounds.torque)
         speeds = dict.fromkeys(robot.joint_names, bounds.speed)
     else:
-        bounds = _scaled(robot, posture or nominal_posture(robot))
+        flies = any(not stance.feet for stance in pattern.stances)
+        bounds = _scaled(robot, posture or nominal_posture(robot), IN_FLIGHT if flies else ACCELERATION)
         normal_force, clearance = 0.024 * robot.mass * robot.gravity, CLEARANCE * robot.leg_length
         torques = {joint.name: joint.effort for joint in robot.joints if isfinite(joint.effort)}
         speeds = {joint.name: joint.velocity for joint in robot.joints if isfinite(joint.velocity)}
@@ -65,7 +70,7 @@ def _turning(positions: Mapping[str, Interval], turn: float) -> Mapping[str, Int
     return {**positions, "yaw": (low + min(turn, 0.0), high + max(turn, 0.0))}
 
 
-def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
+def _scaled(robot: Robot, posture: Posture, acceleration: float) -> GaitBounds:
     """Bounds by dimension: times in sqrt(l / g), velocities in sqrt(g l); ASTRo's own are of this size."""
     # shorthand
     velocity, length, g, z = velocity_unit(robot), robot.leg_length, robot.gravity, posture.height
@@ -78,7 +83,7 @@ def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
         duration=within(0.05, 0.75, time),
         torque=float("inf"),
         speed=float("inf"),
-        acceleration=9.0 * g / length,
+        acceleration=acceleration * g / length,
         positions={
             "z": within(0.6, 1.4, z),
             "roll": (-0.1, 0.1),
