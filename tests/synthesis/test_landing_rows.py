@@ -1,4 +1,4 @@
-"""Rows of feet that land one by one, for planned overlap and for three feet at once; a trot's: tests/gait."""
+"""Rows behind landings: released feet; feet that land one by one in planned overlap and three at once (a trot's: tests/gait)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ import pytest
 
 from amble.export.stances import exported_stances
 from amble.hybrid import ONE_BY_ONE, GaitPattern, gait_pattern
-from amble.robot import catalogue
+from amble.robot import catalogue, kinematics
+from amble.robot.natural_units import velocity_unit
 from amble.synthesis import gait_problem
 from amble.synthesis.initial_guess import initial_guess
-from amble.synthesis.landing_rows import landing_blocks
+from amble.synthesis.landing_rows import RELEASE, landing_blocks, release_rows
 from amble.synthesis.layout import build_layout
+from amble.synthesis.link_blocks import switch_block
 from amble.synthesis.node_block import parameter_values
-from tests.robots import hexapod
+from tests.robots import hexapod, random_states
 
 FEET = catalogue.astro().foot_names
 
@@ -64,3 +66,22 @@ def test_stances_without_a_mirror_have_laws_of_their_own() -> None:
     assert sorted(entry.law for entry in stances) == list(range(14))
     assert not any(entry.mirrored for entry in stances)
     assert [entry.stance for entry in stances] == list(pattern.visited)
+
+
+@pytest.mark.parametrize("gait", ["trot", "amble"])
+def test_a_foot_that_a_landing_releases_goes_up_where_all_land_at_once(gait: str) -> None:
+    """The row of every released foot is its velocity along the vertical, behind the impact."""
+    problem = gait_problem(catalogue.astro(), gait, speed=0.1, intervals=2)
+    robot, switch = problem.pattern.robot, problem.pattern.switches[0]
+    q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
+    found = release_rows(problem, switch, q, v, "behind the impact")
+    names = [label.name for label in found.labels]
+    assert names == [f"behind the impact: velocity up {foot}" for foot in switch.lifting]
+    block = switch_block(problem, build_layout(problem), 0)
+    rows = {label.name: row for row, label in enumerate(block.labels)}
+    assert [block.lower[0, rows[name]] for name in names] == pytest.approx([RELEASE * velocity_unit(robot)] * len(names))
+    value = ca.Function("rows", [q, v], [ca.vertcat(*found.rows)])
+    at, rates = (states[0] for states in random_states(robot, 1))
+    moved = [ca.jtimes(kinematics.foot_position(robot, foot, q)[2], q, v) for foot in switch.lifting]
+    expected = ca.Function("expected", [q, v], [ca.vertcat(*moved)])(at, rates)
+    assert np.asarray(value(at, rates)) == pytest.approx(np.asarray(expected))

@@ -11,7 +11,8 @@ import pytest
 from amble.control import WeightedMinimumNorm
 from amble.errors import InputError, UnknownNameError
 from amble.gait.limits import highest_landing
-from amble.hybrid.gaits import amble, trot
+from amble.hybrid import FLAT, POINT
+from amble.hybrid.gaits import GAITS, amble, trot
 from amble.robot import Robot, catalogue, symmetrized
 from amble.robot.kinematics import foot_position
 from amble.robot.proposal import bent_ranges
@@ -107,6 +108,13 @@ def test_limits_scale_with_the_robot() -> None:
     assert np.asarray(four.positions["z"]) == pytest.approx(4.0 * np.asarray(one.positions["z"]), rel=1e-6)
     angles = [standing_posture(model).angles for model in (small, large)]
     assert list(angles[0].values()) == pytest.approx(list(angles[1].values()), abs=1e-6)
+
+
+def test_limits_of_gaits_with_flight_allow_quicker_legs() -> None:
+    """All legs are pulled up and put down within one domain."""
+    model = replace(robot("go2"), symmetry_tolerance=1.0)
+    walking, flying = (default_limits(GAITS[name](model, FLAT, POINT)) for name in ("crawl", "pronk"))
+    assert flying.acceleration == pytest.approx(2.0 * walking.acceleration)
 
 
 @pytest.mark.parametrize("name", ["go2", "solo12"])
