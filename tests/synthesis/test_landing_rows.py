@@ -1,4 +1,4 @@
-"""Rows behind landings: released feet; feet that land one by one in planned overlap and three at once (a trot's: tests/gait)."""
+"""Rows behind landings: released feet, feet that land one by one in overlap and three at once (a trot's: tests/gait)."""
 
 from __future__ import annotations
 
@@ -79,7 +79,9 @@ def test_a_foot_that_a_landing_releases_goes_up_where_all_land_at_once(gait: str
     assert names == [f"behind the impact: velocity up {foot}" for foot in switch.lifting]
     block = switch_block(problem, build_layout(problem), 0)
     rows = {label.name: row for row, label in enumerate(block.labels)}
-    assert [block.lower[0, rows[name]] for name in names] == pytest.approx([RELEASE * velocity_unit(robot)] * len(names))
+    assert [block.lower[0, rows[name]] for name in names] == pytest.approx(
+        [RELEASE * velocity_unit(robot)] * len(names)
+    )
     value = ca.Function("rows", [q, v], [ca.vertcat(*found.rows)])
     at, rates = (states[0] for states in random_states(robot, 1))
     moved = [ca.jtimes(kinematics.foot_position(robot, foot, q)[2], q, v) for foot in switch.lifting]

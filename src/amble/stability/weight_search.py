@@ -50,7 +50,7 @@ SIZE_PENALTY_IN_ORDERS = 1e-2
 changed by 1e-2 all come back, at a radius of 0.46; with 1e-4 nine of ten do, at 0.36."""
 
 CONDITIONING = 0.1
-"""Weight of ``conditioning`` beside log r: on the orbit alone nearly singular outputs cost nothing, beside it they end the
+"""Weight of ``conditioning`` beside log r: on the orbit nearly singular outputs cost nothing, beside it they end the
 motion. Go2's bound came to |Q| = 2400, where no start 1e-5 beside it came back."""
 
 EVALUATIONS = 150

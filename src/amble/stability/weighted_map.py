@@ -133,7 +133,6 @@ class WeightedMap:
             total += self.weighting.gather(collected)
         return total
 
-
     def conditioning(self) -> tuple[float, Vector]:
         """Return how near the outputs come to what no torque can decouple, and its gradient in theta.
 

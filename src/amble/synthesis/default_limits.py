@@ -17,8 +17,8 @@ OFF_STRAIGHT = radians(15.0)
 """Least bend of knees by default, rad."""
 
 ACCELERATION, IN_FLIGHT = 9.0, 18.0
-"""Largest acceleration of joints by default, in g / l; of gaits with flight, where all legs are pulled up and put down in
-one domain: Go2's pronk has no solution with half as much."""
+"""Largest acceleration of joints by default, in g / l; of gaits with flight, where all legs are pulled up and put down
+in one domain: Go2's pronk has no solution with half as much."""
 
 CLEARANCE = 0.08
 """Height of swing feet at the middle of their swing by default, as a share of the leg length."""

@@ -1,5 +1,4 @@
-"""Rows behind landings: released feet go up; of feet that land one by one every order is possible, and those that stand
-meanwhile hold.
+"""Rows behind landings: released feet go up; feet that land one by one may do so in every order, and hold meanwhile.
 
 On the gait all feet of a switch land at once, so the stances between two landings last no time. What they need are the
 rates behind the impact on their feet, and there the accelerations and forces of docs/theory/hybrid-model.md, eq. 22.
