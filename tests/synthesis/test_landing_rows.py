@@ -1,4 +1,4 @@
-"""Rows behind landings: released feet, feet that land one by one in overlap and three at once (a trot's: tests/gait)."""
+"""Rows behind landings: released feet, feet that land one by one in overlap and three at once (a trot: tests/gait)."""
 
 from __future__ import annotations
 

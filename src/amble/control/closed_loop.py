@@ -50,7 +50,7 @@ class StanceLoop(Flow):
     Attributes:
         guard: gap of the landing foot above the ground, or mean normal force of the lifting feet less ``lift_off``.
         reset: state after the impact, in the same coordinates.
-        push: of a guard that is a force, its slope in what feedback acts through, (1, n): the commanded accelerations w,
+        push: of a guard that is a force, its slope in what feedback acts through, (1, n): commanded accelerations w,
             or the torques where the law gives these. None where the guard is a gap.
     """
 
