@@ -200,7 +200,8 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
 
 
 def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
-    parameters, inverse = repacked(packed, weights), np.linalg.pinv(weights)
+    parameters = repacked(packed, weights)
+    inverse: Matrix = np.linalg.pinv(weights)
     jacobian, response, error = along_orbit(domain, parameters)
     found = replace(transported(domain, jacobian, response @ inverse, error), weights=weights)
     if domain.lift_off is None:
