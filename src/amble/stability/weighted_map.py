@@ -201,7 +201,7 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
 
 def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
     parameters = repacked(packed, weights)
-    inverse: Matrix = np.linalg.pinv(weights)
+    inverse = np.asarray(np.linalg.pinv(weights), dtype=np.float64)
     jacobian, response, error = along_orbit(domain, parameters)
     found = replace(transported(domain, jacobian, response @ inverse, error), weights=weights)
     if domain.lift_off is None:
