@@ -21,8 +21,9 @@ from amble.stability.contraction import NEAR, leading_mode, section_distances
 from amble.stability.lyapunov import smoothed_radius, verified_bound
 from amble.stability.monodromy import monodromy
 from amble.stability.spectrum import multipliers
+from amble.stability.search_start import Descents
 from amble.stability.stabilize import FREED, TARGET, NotStabilizedError, Stabilized, stabilization
-from amble.stability.weight_search import TRACE, Closed, WeightSearch, least_bound
+from amble.stability.weight_search import EVALUATIONS, TRACE, Closed, WeightSearch, least_bound
 from amble.types import Vector
 
 WEIGHTS = 66
@@ -185,7 +186,7 @@ def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
 def test_weights_grow_until_the_orbit_is_stable(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
     """Begun with a knee alone, which cannot help: the steepest weights follow, and every reason is kept."""
     monkeypatch.setattr("amble.stability.stabilize.FREE", ("fl_knee",))
-    monkeypatch.setattr("amble.stability.stabilize.ROUNDS", 1)
+    monkeypatch.setattr("amble.stability.search_start.WHOLE", Descents(1, EVALUATIONS))
     told: list[str] = []
     found = stabilization(walking_gait, progress=lambda report: told.append(str(report)))
     assert found.radius < TARGET < 2.3 < found.initial

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from amble.cli.console import progress
-from amble.cli.output import named_object, result, show, wrote
+from amble.cli.output import result, show, wrote
 from amble.errors import InputError, shown
+from amble.io.plugins import named_object
 
 if TYPE_CHECKING:
     from amble.hybrid import HybridSystem

@@ -8,17 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from amble.defaults import FREE, METHOD, METHODS, Method
+from amble.defaults import METHOD, METHODS, Method
 from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
-from amble.gait.linearising_law import InputOutputLinearisation
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability.gain_search import GainSearch
+from amble.stability.search_start import NEAR, WHOLE, Descents, begin
 from amble.stability.weight_search import Closed, WeightSearch, least_bound
 from amble.types import Vector
-
-ROUNDS = 3
-"""The most descents, each on the closed loop's own orbit under the weights of the one before."""
 
 SHARES = (1.0, 0.25, 0.0625)
 """Parts of the way to new weights that are tried."""
@@ -105,7 +102,11 @@ def stabilize(
 
 
 def stabilization(
-    gait: Gait, free: Sequence[str] | None = None, method: Method = METHOD, progress: Progress | None = None
+    gait: Gait,
+    free: Sequence[str] | None = None,
+    method: Method = METHOD,
+    progress: Progress | None = None,
+    near: Gait | None = None,
 ) -> Stabilized:
     """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d), or by the gains of its control law.
 
@@ -122,6 +123,9 @@ def stabilization(
             of no account for gains.
         method: what chooses the parameters; there is one, the paper's "bilinear".
         progress: called with every accepted step, and between them.
+        near: a stabilised gait of the same stances and outputs, such as that of a speed a little less. Its weights or
+            gains are the start, of one short descent (``search_start.FEW``); whole ones follow only where that leaves a
+            radius above ``TARGET``. Where the closed loop has no orbit under them, all begins without them.
 
     Raises:
         InputError: feet land one by one in too many orders, the gait turns, or the control law has no gains that could
@@ -134,14 +138,15 @@ def stabilization(
     _require_stabilizable(gait, method)
     notify = progress or silent
     notify(ProgressReport(what="orbit of the closed loop"))
-    own = gait.control is None or isinstance(gait.control, InputOutputLinearisation)
-    freed = tuple(FREE if free is None else free) if own else ()
-    search: WeightSearch | GainSearch = WeightSearch.of(gait, freed) if own else GainSearch.of(gait)
-    here = search.close(np.zeros(search.size))
+    start = begin(gait, free, near)
+    search, here, freed, descents = start.search, start.closed, start.free, start.descents
     steps, reasons = [_step(0, here, here, began)], list[str]()
     notify(_report(steps[0]))
     while True:
-        search, here = _descended(search, here, steps, reasons, began, notify)
+        search, here = _descended(search, here, steps, reasons, began, notify, descents)
+        if descents is NEAR and here.radius > TARGET:
+            descents = WHOLE
+            continue
         if isinstance(search, GainSearch) or free is not None or here.radius <= TARGET:
             break
         more = _steepest(search, here, freed)
@@ -179,12 +184,13 @@ def _descended(
     reasons: list[str],
     began: float,
     notify: Progress,
+    descents: Descents,
 ) -> tuple[WeightSearch | GainSearch, Closed]:
     """Descend in what is free; steps, and in one sentence why it stopped, are added to what is handed in."""
     refusals: list[str] = []
-    reason = f"{ROUNDS} descents done"
-    for _ in range(ROUNDS):
-        there = _improved(search, here, steps[0].radius, notify, refusals)
+    reason = f"{descents.rounds} descents done"
+    for _ in range(descents.rounds):
+        there = _improved(search, here, steps[0].radius, notify, refusals, descents.evaluations)
         if there is None:
             reason = "no step reduces the bound any more"
             break
@@ -210,11 +216,16 @@ def _steepest(search: WeightSearch, here: Closed, freed: Sequence[str]) -> tuple
 
 
 def _improved(
-    search: WeightSearch | GainSearch, here: Closed, largest: float, notify: Progress, refusals: list[str]
+    search: WeightSearch | GainSearch,
+    here: Closed,
+    largest: float,
+    notify: Progress,
+    refusals: list[str],
+    evaluations: int,
 ) -> Closed | None:
     """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
     try:
-        proposed = least_bound(search.evaluate, here.theta, notify, search.largest)
+        proposed = least_bound(search.evaluate, here.theta, notify, search.largest, evaluations)
     except WorkError as error:
         refusals.append(str(error))
         return None
@@ -245,7 +256,7 @@ def _report(step: Step) -> ProgressReport:
     return ProgressReport(
         what="step",
         done=step.number,
-        of=ROUNDS,
+        of=WHOLE.rounds,
         quantity="spectral radius of the full cycle",
         value=step.radius,
         detail=f"contraction bound {step.bound:.4g}",

@@ -13,7 +13,7 @@ log r is descended; whether one W serves all of them is then looked at (``common
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -80,6 +80,7 @@ def least_bound(
     theta: Vector,
     progress: Progress | None = None,
     largest: float | None = None,
+    evaluations: int = EVALUATIONS,
 ) -> Vector:
     """Descend from theta to parameters of least bound r, by L-BFGS.
 
@@ -88,6 +89,7 @@ def least_bound(
         theta: where to start.
         progress: called after every evaluation.
         largest: bound of every parameter's size; none by default.
+        evaluations: of the return map, at most.
 
     Raises:
         NotSolvedError: the return map of some parameters cannot be computed.
@@ -104,7 +106,7 @@ def least_bound(
             quantity = "contraction bound of the return map"
             progress(
                 ProgressReport(
-                    what="evaluation", done=next(numbers), of=EVALUATIONS, quantity=quantity, value=float(np.exp(mean))
+                    what="evaluation", done=next(numbers), of=evaluations, quantity=quantity, value=float(np.exp(mean))
                 )
             )
         slope = here.gradient([one.slope / len(found) for one in found])
@@ -113,7 +115,7 @@ def least_bound(
         slope += CONDITIONING * steeper + 2.0 * penalty * trial
         return mean + CONDITIONING * strain + penalty * float(trial @ trial), slope
 
-    options = {"maxfun": EVALUATIONS, "maxcor": MEMORY}
+    options = {"maxfun": evaluations, "maxcor": MEMORY}
     bounds = None if largest is None else [(-largest, largest)] * theta.size
     try:
         found = minimize(objective, theta, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
@@ -170,8 +172,8 @@ class WeightSearch:
         return self.weighting.size
 
     @classmethod
-    def of(cls, gait: Gait, free: Sequence[str]) -> WeightSearch:
-        """Start at the weights of the gait problem; feedback that the gait has is replaced.
+    def of(cls, gait: Gait, free: Sequence[str], weights: Mapping[str, Matrix] | None = None) -> WeightSearch:
+        """Start at given weights, by default those of the gait problem; feedback that the gait has is replaced.
 
         Raises:
             UnknownNameError: a free coordinate does not exist.
@@ -179,6 +181,7 @@ class WeightSearch:
         """
         _require(gait, free)
         feedback = own_feedback(gait)
+        feedback = feedback if weights is None else replace(feedback, weights=weights)
         whole = replace(gait, feedback=feedback)
         system, found = closed_loop_fixed_point(whole, one_order=True)
         feedback = replace(feedback, start=np.array(found.state))

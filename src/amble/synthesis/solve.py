@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -241,7 +242,7 @@ def solve_near(
     solve: Solver,
     program: GaitProgram,
     near: Start | None,
-    far: Start,
+    far: Callable[[], Start],
     tolerance: float,
     most_iterations: int,
     progress: Progress | None = None,
@@ -251,8 +252,8 @@ def solve_near(
     Args:
         solve: the solver.
         program: the transcribed problem.
-        near: a neighbour's solution; None where there is none.
-        far: the other start, which needs no multipliers.
+        near: a neighbour's solution, with its multipliers where they fit; None where there is none.
+        far: returns the other start, which needs no multipliers.
         tolerance: IPOPT's overall tolerance on the scaled problem.
         most_iterations: give up after so many in both tries together.
         progress: called after every iteration.
@@ -260,13 +261,14 @@ def solve_near(
     Returns:
         The last try, with the iterations and seconds of both.
     """
-    if near is None or near.multipliers is None:
-        return solve(program, far, tolerance, most_iterations, progress)
-    first = solve(program, near, tolerance, min(most_iterations, WARM_ITERATIONS), progress)
+    if near is None:
+        return solve(program, far(), tolerance, most_iterations, progress)
+    few = most_iterations if near.multipliers is None else min(most_iterations, WARM_ITERATIONS)
+    first = solve(program, near, tolerance, few, progress)
     left = most_iterations - first.report.iterations
     if first.solved or left <= 0:
         return first
-    second = solve(program, replace(far, multipliers=None), tolerance, left, progress)
+    second = solve(program, replace(far(), multipliers=None), tolerance, left, progress)
     report = replace(
         second.report,
         iterations=first.report.iterations + second.report.iterations,

@@ -1,4 +1,4 @@
-"""Many gaits of one structure: each problem starts from the solution before it, multipliers included."""
+"""Many gaits of one structure: each problem starts from the gait before it, multipliers included."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from amble.gait import Gait
 from amble.progress import Progress
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.program import build_program
-from amble.synthesis.result import to_gait
-from amble.synthesis.solve import MOST_ITERATIONS, Start, ipopt, solve_near
-from amble.synthesis.synthesize import require_independent_rows
+from amble.synthesis.program import GaitProgram, build_program
+from amble.synthesis.result import from_gait, to_gait
+from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Start, solve_near
+from amble.synthesis.synthesize import fitting, require_independent_rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class Outcome:
         status: the solver's last word, and the worst violated row where there is one.
         iterations: of all tries together.
         seconds: wall time of all tries, with building, s.
-        warm: whether the solution before it was the start that led to the gait.
+        warm: whether the neighbour was the start that led to the gait.
         projected: how many values of the last start lay outside their bounds and were moved onto them.
     """
 
@@ -49,8 +49,9 @@ def sweep(
 ) -> Iterator[Outcome]:
     """Solve problems that differ in speed, ground and limits only, one after the other.
 
-    Order them so that neighbours are alike. What does not converge from the last solution is tried once more from a
-    walk of its own; what fails then is reported, and the next problem starts from the last solution that there is.
+    Order them so that neighbours are alike. What does not converge from the last gait is tried once more from a
+    walk of its own; what fails then is reported, and the next problem starts from the last gait that there is.
+    ``build_library`` does the same over axes, in several processes, with files.
 
     Args:
         problems: the problems.
@@ -63,26 +64,63 @@ def sweep(
         NotSolvedError: equality rows depend on each other.
     """
     check_amount("iterations", most_iterations, 1, MOST_ITERATIONS)
-    known: Start | None = None
+    known: Gait | None = None
     rows: tuple[str, ...] | None = None
     for problem in problems:
         began = time.perf_counter()
         program = build_program(problem, len(problems))
-        natural = initial_guess(problem, program.layout)
-        start = natural / program.layout.scale
-        if rows is None:
-            require_independent_rows(program, natural)
-            rows = program.program.row_names
-        if program.program.row_names != rows or (known is not None and known.variables.size != start.size):
+        rows = rows or program.program.row_names
+        if program.program.row_names != rows:
             raise InputError("a sweep goes through problems of one structure: the same stances, outputs, law and mesh")
-        last = solve_near(ipopt, program, known, Start(start), tolerance, most_iterations, progress)
-        known = Start(last.variables, last.multipliers) if last.solved else known
-        yield Outcome(
-            problem=problem,
-            gait=to_gait(problem, program.layout, last) if last.solved else None,
-            status=last.report.status + (f", worst {last.rows[0].name}" if last.rows else ""),
-            iterations=last.report.iterations,
-            seconds=time.perf_counter() - began,
-            warm=last.solved and last.warm,
-            projected=last.projected,
-        )
+        outcome = solve_from(program, known, tolerance, most_iterations, progress, began=began)
+        known = outcome.gait or known
+        yield outcome
+
+
+def solve_from(
+    program: GaitProgram,
+    near: Gait | None,
+    tolerance: float,
+    most_iterations: int,
+    progress: Progress | None = None,
+    *,
+    solver: str = "ipopt",
+    began: float | None = None,
+) -> Outcome:
+    """Solve a problem from a neighbour's gait; where that does not converge, once more from a kinematic walk.
+
+    Args:
+        program: the transcribed problem.
+        near: a gait of the same stances and outputs; None where there is none.
+        tolerance: the solver's tolerance on the scaled problem.
+        most_iterations: give up after so many in both tries together.
+        progress: called after every iteration.
+        solver: name of a registered solver.
+        began: ``time.perf_counter`` when the work on the problem began; now by default.
+
+    Raises:
+        InputError: the gait has other stances or outputs.
+        NotSolvedError: equality rows depend on each other.
+    """
+    since = time.perf_counter() if began is None else began
+    problem, layout = program.problem, program.layout
+
+    def walk() -> Start:
+        return Start(initial_guess(problem, layout) / layout.scale)
+
+    start = None
+    if near is not None:
+        start = Start(from_gait(problem, near, layout) / layout.scale, fitting(near.multipliers, program))
+    first = start or walk()
+    require_independent_rows(program, first.variables * layout.scale)
+    far = walk if start else lambda: first
+    last = solve_near(SOLVERS[solver], program, start, far, tolerance, most_iterations, progress)
+    return Outcome(
+        problem=problem,
+        gait=to_gait(problem, layout, last) if last.solved else None,
+        status=last.report.status + (f", worst {last.rows[0].name}" if last.rows else ""),
+        iterations=last.report.iterations,
+        seconds=time.perf_counter() - since,
+        warm=last.solved and last.warm,
+        projected=last.projected,
+    )

@@ -123,9 +123,10 @@ def synthesize(
     layout = program.layout
     natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
     require_independent_rows(program, natural)
-    multipliers = None if start is None else _fitting(start.multipliers, program)
+    multipliers = None if start is None else fitting(start.multipliers, program)
     begin = Start(natural / layout.scale, multipliers)
-    solution = solve_near(run, program, begin, begin, tolerance, most_iterations, progress)
+    near = None if multipliers is None else begin
+    solution = solve_near(run, program, near, lambda: begin, tolerance, most_iterations, progress)
     gait = to_gait(problem, layout, solution)
     if not solution.solved:
         raise GaitNotSolvedError(solution, gait)
@@ -158,7 +159,7 @@ def _require_full_rank(structure: Structure, point: _Point) -> None:
     require_full_rank(*on_coarse_mesh(structure.program, point.variables))
 
 
-def _fitting(multipliers: LagrangeMultipliers | None, program: GaitProgram) -> LagrangeMultipliers | None:
+def fitting(multipliers: LagrangeMultipliers | None, program: GaitProgram) -> LagrangeMultipliers | None:
     """LagrangeMultipliers of a program with as many variables and rows; None for those of another mesh."""
     if multipliers is None:
         return None
