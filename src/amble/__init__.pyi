@@ -127,7 +127,11 @@ from amble.verification.check import check as check
 from amble.verification.residuals import CheckReport as CheckReport
 from amble.view import ReplayPage as ReplayPage
 from amble.view import replay as replay
+from amble.workflow import Library as Library
+from amble.workflow import LibraryEntry as LibraryEntry
 from amble.workflow import Run as Run
+from amble.workflow import build_library as build_library
+from amble.workflow import load_library as load_library
 from amble.workflow import reproduce as reproduce
 from amble.workflow import rewrite_report as rewrite_report
 from amble.workflow import synthesize_specification as synthesize_specification
@@ -181,6 +185,8 @@ __all__ = [
     "InputError",
     "Invariant",
     "LawChoice",
+    "Library",
+    "LibraryEntry",
     "Limits",
     "MinimumPeak",
     "MinimumPower",
@@ -216,6 +222,7 @@ __all__ = [
     "WorkError",
     "__version__",
     "assess",
+    "build_library",
     "certify",
     "check",
     "closed_loop",
@@ -234,6 +241,7 @@ __all__ = [
     "joint_outputs",
     "law_table",
     "load_gait",
+    "load_library",
     "load_robot",
     "load_trace",
     "monitors",

@@ -185,7 +185,7 @@ def test_a_joint_alone_is_not_enough(walking_gait: Gait) -> None:
 @pytest.mark.slow
 def test_weights_grow_until_the_orbit_is_stable(walking_gait: Gait, monkeypatch: pytest.MonkeyPatch) -> None:
     """Begun with a knee alone, which cannot help: the steepest weights follow, and every reason is kept."""
-    monkeypatch.setattr("amble.stability.stabilize.FREE", ("fl_knee",))
+    monkeypatch.setattr("amble.stability.search_start.FREE", ("fl_knee",))
     monkeypatch.setattr("amble.stability.search_start.WHOLE", Descents(1, EVALUATIONS))
     told: list[str] = []
     found = stabilization(walking_gait, progress=lambda report: told.append(str(report)))

@@ -7,7 +7,19 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from amble.cli import checking, doctor, importing, making, proving, reproducing, robots, validating, view, walking
+from amble.cli import (
+    checking,
+    doctor,
+    importing,
+    library,
+    making,
+    proving,
+    reproducing,
+    robots,
+    validating,
+    view,
+    walking,
+)
 from amble.cli.output import reporting
 from amble.version import __version__
 
@@ -37,7 +49,7 @@ class Command(TyperCommand):
 
 PLACES = {"out", "keep", "figure", "mp4", "record"}
 """Parameters that name what is written."""
-INTO_FOLDERS = ("reproduce", "report")
+INTO_FOLDERS = ("library", "reproduce", "report")
 """Commands whose ``--out`` is a folder that keeps what else is in it."""
 
 app = typer.Typer(
@@ -55,6 +67,7 @@ COMMANDS = (
     making.synthesize,
     checking.check,
     making.stabilize,
+    library.library,
     checking.certify,
     proving.prove,
     walking.simulate,

@@ -39,12 +39,14 @@ class Output:
         quiet: whether nothing is said but errors.
         found: what the object will hold.
         files: what was written.
+        plugins: modules that were asked for.
     """
 
     json: bool = False
     quiet: bool = False
     found: Json = field(default_factory=dict)
     files: list[Path] = field(default_factory=list)
+    plugins: tuple[str, ...] = ()
 
 
 _PLAIN = Output()
@@ -54,6 +56,11 @@ _CURRENT: ContextVar[Output] = ContextVar("output")
 def quiet() -> bool:
     """Whether the running command says nothing but errors."""
     return _CURRENT.get(_PLAIN).quiet
+
+
+def plugins() -> tuple[str, ...]:
+    """Modules that the running command was asked to import: processes that it starts need them too."""
+    return _CURRENT.get(_PLAIN).plugins
 
 
 def show(text: str) -> None:
@@ -78,7 +85,7 @@ def reporting(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that also takes ``--json``, ``--quiet`` and ``--plugin``."""
 
     def run(*, as_json: bool, silently: bool, plugins: list[str] | None, **arguments: Any) -> None:
-        output = Output(as_json, silently)
+        output = Output(as_json, silently, plugins=tuple(plugins or ()))
         token = _CURRENT.set(output)
         if silently:
             logging.getLogger("amble").setLevel(logging.ERROR)

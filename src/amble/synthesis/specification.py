@@ -10,22 +10,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from amble.errors import InputError, UnknownNameError, shown
+from amble.errors import InputError, shown
 from amble.gait.constraints import REFERENCE_ORDER
 from amble.hybrid import SIMULTANEOUS
 from amble.io.quantities import parse_quantity
 from amble.io.reader import read_toml
+from amble.synthesis.specification_faults import in_one_sentence, lacking
 
 
 def _parser(dimension: str) -> Callable[[Any], float]:
     return lambda value: parse_quantity(value, dimension)
 
 
-def _ordered(pair: list[float]) -> list[float]:
+def ordered(pair: list[float]) -> list[float]:
+    """Refuse a range whose ends are the wrong way round."""
     if pair[0] > pair[1]:
         raise ValueError(f"the lower end {pair[0]:g} lies above the upper end {pair[1]:g}")
     return pair
@@ -47,10 +49,10 @@ Damping = Annotated[float, BeforeValidator(_parser("damping"))]
 JointValue = Annotated[float, BeforeValidator(_parser("angle or length"))]
 Ratio = Annotated[float, BeforeValidator(_parser("ratio"))]
 
-TimeRange = Annotated[list[Time], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
-SpeedRange = Annotated[list[Speed], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
-LengthRange = Annotated[list[Length], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
-AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+TimeRange = Annotated[list[Time], Field(min_length=2, max_length=2), AfterValidator(ordered)]
+SpeedRange = Annotated[list[Speed], Field(min_length=2, max_length=2), AfterValidator(ordered)]
+LengthRange = Annotated[list[Length], Field(min_length=2, max_length=2), AfterValidator(ordered)]
+AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2), AfterValidator(ordered)]
 Point = Annotated[list[Length], Field(min_length=3, max_length=3)]
 Angles = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
@@ -254,55 +256,26 @@ def read_specification(path: str | Path) -> Specification:
             named) or of another kind, or a quantity has an unknown unit or is not finite.
     """
     path = Path(path)
-    return specification_of(read_toml(path, "specification"), path.name)
+    tree = read_toml(path, "specification")
+    if "library" in tree:
+        raise InputError(f"{shown(path.name)} has a table [library]: its gaits are found by `amble library`")
+    return specification_of(tree, path.name)
 
 
 def specification_of(tree: Mapping[str, Any], name: str) -> Specification:
     """Validate a specification as a tree, called ``name`` in errors; these are as in ``read_specification``."""
-    lacking = _lacking(tree)
-    if lacking:
-        raise InputError(f"{shown(name)} lacks {'; '.join(lacking)}")
+    return validated(tree, name, Specification)
+
+
+Kind = TypeVar("Kind", bound=Specification)
+
+
+def validated(tree: Mapping[str, Any], name: str, kind: type[Kind]) -> Kind:
+    """Validate a specification that may have further tables; errors as in ``specification_of``."""
+    missing = lacking(tree)
+    if missing:
+        raise InputError(f"{shown(name)} lacks {'; '.join(missing)}")
     try:
-        return Specification.model_validate(tree)
+        return kind.model_validate(tree)
     except ValidationError as error:
-        raise _in_one_sentence(name, error) from None
-
-
-def _lacking(tree: Mapping[str, Any]) -> list[str]:
-    """Say in the words of the file what is not there and has no default, all at once."""
-    robot, gait = (tree.get(key, {}) for key in ("robot", "gait"))
-    if not (isinstance(robot, Mapping) and isinstance(gait, Mapping)):
-        return []  # which is said when they are read
-    found = []
-    if not robot.keys() & {"name", "file"}:
-        found.append("[robot] name (of the catalogue) or file (URDF)")
-    if "file" in robot and not robot.get("feet") and "name" not in robot:
-        found.append("[robot] feet (labels and the links or joints they stand for)")
-    if not gait.keys() & {"name", "stances", "footfalls"}:
-        found.append("[gait] name or stances (a table of stance feet) or footfalls (phases and duty factors)")
-    if "speed" not in gait:
-        found.append("[gait] speed")
-    return found
-
-
-def _in_one_sentence(file: str, error: ValidationError) -> InputError:
-    first = error.errors()[0]
-    place, name = [str(part) for part in first["loc"]], shown(file)
-    if first["type"] == "extra_forbidden":
-        table = ".".join(place[:-1])
-        return UnknownNameError(f"key in {f'[{table}] of ' if table else ''}{name}", place[-1], _keys(place[:-1]))
-    where = f"{name}: '{shown('.'.join(place))}'"
-    if first["type"] == "missing":
-        return InputError(f"{where} is missing")
-    reason = str(first["ctx"]["error"]) if first["type"] == "value_error" else first["msg"]
-    return InputError(f"{where}: {shown(reason[0].lower() + reason[1:], 300)}")
-
-
-def _keys(place: list[str]) -> list[str]:
-    """Return the keys of the table at a place."""
-    model: type[BaseModel] = Specification
-    for part in place:
-        annotation = model.model_fields[part].annotation
-        candidates = [annotation, *getattr(annotation, "__args__", ())]
-        model = next(kind for kind in candidates if isinstance(kind, type) and issubclass(kind, BaseModel))
-    return list(model.model_fields)
+        raise in_one_sentence(name, error, kind) from None

@@ -3,6 +3,7 @@
 from amble.report.figures.actuation import joint_power, torque_speed
 from amble.report.figures.contacts import contact_forces, foot_paths
 from amble.report.figures.footfall import footfall
+from amble.report.figures.gait_map import gait_map
 from amble.report.figures.orbital_stability import multiplier_circle, section_distance
 from amble.report.figures.portraits import base_portraits, cycle_portraits, joint_portraits
 from amble.report.figures.style import require_matplotlib, save
@@ -15,6 +16,7 @@ __all__ = [
     "cycle_portraits",
     "foot_paths",
     "footfall",
+    "gait_map",
     "joint_portraits",
     "joint_power",
     "left_joints",

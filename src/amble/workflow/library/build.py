@@ -1,0 +1,131 @@
+"""Building a library: the way through the grid, gait by gait, by processes on this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from amble.errors import InputError, printable
+from amble.progress import Progress, ProgressReport, silent
+from amble.types import Json
+from amble.workflow.library.axes import LibrarySpecification, label, read_library
+from amble.workflow.library.entry import STAGES, Made
+from amble.workflow.library.files import HEADER, Library, claim_folder, load_library, write_entry, write_tables
+from amble.workflow.library.grid import Point
+from amble.workflow.library.maps import write_maps
+from amble.workflow.library.pool import Work, run_pool
+from amble.workflow.library.way import Way
+
+try:
+    import fcntl
+except ImportError:  # a system without advisory locks
+    fcntl = None  # type: ignore[assignment]
+
+
+def build_library(
+    specification: str | Path,
+    out: str | Path,
+    *,
+    workers: int = 1,
+    again: bool = False,
+    plugins: Sequence[str] = (),
+    progress: Progress | None = None,
+    chain: int | None = None,
+) -> Library:
+    """Find the gaits of a specification with axes, each checked, stabilised and certified, in a folder.
+
+    Every gait starts from its neighbour on the way through the grid (``grid.Grid``) and keeps that one's output weights
+    where they serve. A folder that was begun is completed: what is there, gaits and failures, is not done again. Which
+    gait starts from which does not depend on the number of workers or on interruptions.
+
+    Args:
+        specification: a specification file with a table ``[library]``.
+        out: the folder.
+        workers: how many processes.
+        again: try again what failed.
+        plugins: modules, or Python files, that every process imports first.
+        progress: called with what is being done, and with the files that were written.
+        chain: make the gaits of one chain of neighbours only, by its number; tables and maps are then left to another.
+
+    Raises:
+        InputError: the specification or the folder cannot be used, or another run is at work in the folder.
+        WorkError: the processes cannot be started.
+    """
+    notify, folder = progress or silent, Path(out)
+    library = read_library(specification)
+    library.problem(library.grid.at(library.grid.first))  # what is wrong with all of them is said at once
+    claim_folder(folder, library)
+    heads = chains(library)
+    if chain is not None and not 0 <= chain < len(heads):
+        raise InputError(f"there is no chain {chain}; the library has chains 0 to {len(heads) - 1}")
+    with _alone(folder, shared=chain is not None):
+        way = Way(folder, library.grid, again, None if chain is None else heads[chain])
+        command = [sys.executable, "-m", "amble.workflow.library.worker", str(specification), str(folder), *plugins]
+        _make(library, folder, way, command, workers, notify)
+        if chain is None:
+            return finish(folder, notify)
+        return load_library(folder)
+
+
+def finish(folder: Path, notify: Progress) -> Library:
+    """Write tables and maps of what is there."""
+    found = load_library(folder)
+    for path in (*write_tables(found), *write_maps(found)):
+        notify(ProgressReport(what="wrote", file=path))
+    return found
+
+
+def chains(library: LibrarySpecification) -> tuple[Point, ...]:
+    """Return the first points of all chains of neighbours, those that others begin from first."""
+    return tuple(dict.fromkeys(library.grid.chain(point) for point in library.grid.points()))
+
+
+def _make(
+    library: LibrarySpecification, folder: Path, way: Way, command: Sequence[str], workers: int, notify: Progress
+) -> None:
+    values = library.grid.at
+
+    def say(point: Point, stage: str) -> None:
+        failed = f", {way.failed} failed" if way.failed else ""
+        notify(
+            ProgressReport(
+                what="gaits", done=way.settled, of=way.size, detail=f"{label(values(point))}: {stage}{failed}"
+            )
+        )
+
+    def task(point: Point) -> Json:
+        return way.task(point).to_dict()
+
+    def done(point: Point) -> None:
+        way.read(point)
+        say(point, "done")
+
+    def lost(point: Point, stage: str, reason: str) -> None:
+        start = way.task(point).start
+        made = Made(stage=stage if stage in STAGES else STAGES[0], reason=reason)
+        way.settle(point, write_entry(folder, values(point), None if start is None else Path(start).stem, made))
+        say(point, reason)
+
+    run_pool(command, workers, library.time_limit, Work(next=way.next, task=task, done=done, lost=lost, tell=say))
+
+
+@contextlib.contextmanager
+def _alone(folder: Path, shared: bool) -> Iterator[None]:
+    """Keep another run out of the folder; runs of single chains share it. The system ends the lock with the process."""
+    if fcntl is None:
+        yield
+        return
+    lock = os.open(folder / HEADER, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        try:
+            fcntl.flock(lock, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(f"another run is at work in '{printable(str(folder))}'") from None
+        except OSError:  # a file system without locks
+            pass
+        yield
+    finally:
+        os.close(lock)

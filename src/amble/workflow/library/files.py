@@ -1,0 +1,217 @@
+"""The folder of a library: every gait a file of its own, an index of all numbers, a table of what failed.
+
+A gait is there once its record is: gait and certificate are written before it, each in one step. So whatever stops a
+run, the folder holds whole gaits, and the next run goes on with the rest.
+
+    library.json                  the specification without its axes
+    gaits/LABEL.json              gaits, as `amble` writes them
+    certificates/LABEL.json       their certificates
+    failed/LABEL.json             gaits that were solved but fail their check, or are not stable
+    records/LABEL.json            what became of every gait, with its numbers
+    index.csv, failures.csv       the same as tables
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from amble.errors import InputError, printable
+from amble.gait import Gait
+from amble.gait.files import load_gait, save_gait
+from amble.io.reader import read_json
+from amble.io.storage import atomic_write, dumps
+from amble.report import write_results
+from amble.stability.gait_certificate import certificate_to_dict
+from amble.types import Json
+from amble.version import __version__
+from amble.workflow.library.axes import UNITS, LibrarySpecification, label
+from amble.workflow.library.entry import Made
+
+FORMAT, FORMAT_VERSION = "amble library", 1
+HEADER = "library.json"
+GAITS, CERTIFICATES, FAILED, RECORDS = "gaits", "certificates", "failed", "records"
+INDEX, FAILURES = "index.csv", "failures.csv"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LibraryEntry:
+    """What became of one gait of a library.
+
+    Attributes:
+        values: axis -> its value, in the units of ``UNITS``.
+        certified: whether the gait is there, checked, stable and certified.
+        stage: the last that was reached: solve, check, stabilise, certify.
+        reason: why it failed; empty where it is certified.
+        file: the gait's file in the library's folder; None where it was not solved.
+        start: label of the neighbour that the solver started from; None of a kinematic walk.
+        numbers: everything that was computed: cost of transport, torques, heights, radius, bound, ...
+        seconds: stage -> processor time, s.
+        notes: warnings on the way.
+    """
+
+    values: Mapping[str, float]
+    certified: bool
+    stage: str
+    reason: str
+    file: str | None
+    start: str | None
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Name of its files."""
+        return label(self.values)
+
+
+@dataclass(frozen=True)
+class Library:
+    """A folder of gaits over axes.
+
+    Attributes:
+        folder: where it is.
+        entries: all gaits that were tried, in the order of their labels.
+    """
+
+    folder: Path
+    entries: tuple[LibraryEntry, ...]
+
+    @property
+    def certified(self) -> tuple[LibraryEntry, ...]:
+        """The gaits that can be walked."""
+        return tuple(entry for entry in self.entries if entry.certified)
+
+    @property
+    def failures(self) -> tuple[LibraryEntry, ...]:
+        """What failed."""
+        return tuple(entry for entry in self.entries if not entry.certified)
+
+    def gait(self, entry: LibraryEntry) -> Gait:
+        """Load the gait of an entry.
+
+        Raises:
+            InputError: it was not solved, or its file cannot be read.
+        """
+        if entry.file is None:
+            raise InputError(f"there is no gait at {entry.label}: {entry.reason}")
+        return load_gait(self.folder / entry.file)
+
+
+def load_library(folder: str | Path) -> Library:
+    """Read a library, also one that is still being built.
+
+    Raises:
+        InputError: there is none, or a record cannot be read.
+    """
+    place = Path(folder)
+    tree = read_json(place / HEADER, "library")
+    if tree.get("format") != FORMAT or tree.get("format_version") != FORMAT_VERSION:
+        raise InputError(f"'{printable(str(place / HEADER))}' is no library of format version {FORMAT_VERSION}")
+    records = sorted((place / RECORDS).glob("*.json"))
+    return Library(place, tuple(_entry(path) for path in records))
+
+
+def claim_folder(folder: Path, library: LibrarySpecification) -> None:
+    """Make the folder of a library, or refuse one that another specification made.
+
+    The axes may differ: what is there of them is kept.
+
+    Raises:
+        InputError: the folder holds something else.
+    """
+    tree = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "amble": __version__,
+        "axes": {name: UNITS[name] for name in sorted(library.grid.names)},
+        "specification": json.loads(json.dumps(library.tree, default=str)),
+    }
+    path = folder / HEADER
+    if path.exists():
+        known = read_json(path, "library")
+        parts = ("format", "format_version", "axes", "specification")
+        if any(known.get(part) != tree[part] for part in parts):
+            raise InputError(
+                f"'{printable(str(folder))}' holds the library of another specification (its {HEADER}); name another "
+                "folder, or remove it"
+            )
+        return
+    if folder.exists() and any(folder.iterdir()):
+        raise InputError(f"'{printable(str(folder))}' holds files that are no library; name another folder")
+    atomic_write(path, dumps(tree) + "\n")
+
+
+def write_entry(folder: Path, values: Mapping[str, float], start: str | None, made: Made) -> LibraryEntry:
+    """Write what became of one gait; its record is the last file."""
+    certified = made.certificate is not None and not made.reason
+    name, file = label(values), None
+    if made.gait is not None:
+        file = f"{GAITS if certified else FAILED}/{name}.json"
+        save_gait(made.gait, folder / file)
+        (folder / (FAILED if certified else GAITS) / f"{name}.json").unlink(missing_ok=True)
+    if made.gait is not None and made.certificate is not None and certified:
+        write_results(folder / CERTIFICATES / f"{name}.json", certificate_to_dict(made.gait, made.certificate))
+    entry = LibraryEntry(
+        values=dict(values),
+        certified=certified,
+        stage=made.stage,
+        reason=made.reason,
+        file=file,
+        start=start,
+        numbers=made.numbers,
+        seconds=made.seconds,
+        notes=tuple(made.notes),
+    )
+    atomic_write(record_of(folder, values), dumps({**asdict(entry), "notes": list(entry.notes)}) + "\n")
+    return entry
+
+
+def record_of(folder: Path, values: Mapping[str, float]) -> Path:
+    """Return the place of a record."""
+    return folder / RECORDS / f"{label(values)}.json"
+
+
+def read_entry(folder: Path, values: Mapping[str, float]) -> LibraryEntry | None:
+    """Read what became of one gait; None where nothing has yet."""
+    path = record_of(folder, values)
+    return _entry(path) if path.exists() else None
+
+
+def _entry(path: Path) -> LibraryEntry:
+    tree = read_json(path, "record of a library")
+    try:
+        return LibraryEntry(**{**tree, "notes": tuple(tree["notes"])})
+    except (TypeError, KeyError):
+        raise InputError(f"'{printable(str(path))}' is no record of a library") from None
+
+
+def write_tables(library: Library) -> tuple[Path, Path]:
+    """Write the index of all gaits and the table of what failed."""
+    return (
+        _table(library.folder / INDEX, library.certified, reasons=False),
+        _table(library.folder / FAILURES, library.failures, reasons=True),
+    )
+
+
+def _table(path: Path, entries: Iterable[LibraryEntry], reasons: bool) -> Path:
+    rows = [_row(entry, reasons) for entry in entries]
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return atomic_write(path, stream.getvalue())
+
+
+def _row(entry: LibraryEntry, reasons: bool) -> Json:
+    axes = {name if UNITS[name] == "1" else f"{name} ({UNITS[name]})": entry.values[name] for name in entry.values}
+    why = {"stage": entry.stage, "reason": " ".join(entry.reason.split())} if reasons else {}
+    spent = {f"{stage}_processor_s": round(seconds, 3) for stage, seconds in entry.seconds.items()}
+    return {**axes, **why, **entry.numbers, **spent, "start": entry.start, "file": entry.file}
