@@ -27,6 +27,7 @@ def test_weights_of_the_same_gait_need_one_short_descent(walking_gait: Gait, sta
     assert len(found.steps) <= 2
 
 
+@pytest.mark.slow
 def test_weights_that_do_not_serve_are_left_by_whole_descents(
     walking_gait: Gait, stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,8 +20,8 @@ from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import NEAR, leading_mode, section_distances
 from amble.stability.lyapunov import smoothed_radius, verified_bound
 from amble.stability.monodromy import monodromy
-from amble.stability.spectrum import multipliers
 from amble.stability.search_start import Descents
+from amble.stability.spectrum import multipliers
 from amble.stability.stabilize import FREED, TARGET, NotStabilizedError, Stabilized, stabilization
 from amble.stability.weight_search import EVALUATIONS, TRACE, Closed, WeightSearch, least_bound
 from amble.types import Vector

@@ -19,19 +19,23 @@ from amble.stability.weight_search import EVALUATIONS, Closed, WeightSearch
 logger = logging.getLogger("amble")
 
 FEW = 15
-"""Evaluations of the one descent from a neighbour's weights. ASTRo's amble from 0.2 to 0.3 m/s in three steps: radius
-0.73 under the weights kept, 0.23 after such descents, which take a thirtieth of the time of whole ones."""
+"""Evaluations of a descent from a neighbour's weights. ASTRo's amble from 0.2 to 0.3 m/s in three steps: radius 0.73
+under the weights kept, 0.23 after one such descent a step, which take a thirtieth of the time of whole ones."""
+
+ENOUGH = 0.6
+"""Spectral radius of a gait cycle at which descents from a neighbour's weights end."""
 
 
 @dataclass(frozen=True)
 class Descents:
-    """How many descents, at most, of how many evaluations each."""
+    """How many descents, at most, of how many evaluations each; none is begun at a radius of ``enough`` or below."""
 
     rounds: int
     evaluations: int
+    enough: float = 0.0
 
 
-WHOLE, NEAR = Descents(3, EVALUATIONS), Descents(1, FEW)
+WHOLE, NEAR = Descents(3, EVALUATIONS), Descents(5, FEW, ENOUGH)
 """Each of the whole ones is on the closed loop's own orbit under the weights of the one before."""
 
 

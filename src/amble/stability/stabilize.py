@@ -124,8 +124,8 @@ def stabilization(
         method: what chooses the parameters; there is one, the paper's "bilinear".
         progress: called with every accepted step, and between them.
         near: a stabilised gait of the same stances and outputs, such as that of a speed a little less. Its weights or
-            gains are the start, of one short descent (``search_start.FEW``); whole ones follow only where that leaves a
-            radius above ``TARGET``. Where the closed loop has no orbit under them, all begins without them.
+            gains are the start of a short descent, or a few (``search_start.NEAR``); whole ones follow only where those
+            leave a radius above ``TARGET``. Where the closed loop has no orbit under them, all begins without them.
 
     Raises:
         InputError: feet land one by one in too many orders, the gait turns, or the control law has no gains that could
@@ -199,6 +199,9 @@ def _descended(
         gain, here = 1.0 - there.bound / here.bound, there
         if gain < SMALLEST_GAIN:
             reason = f"the last descent gained less than {SMALLEST_GAIN:.0%}"
+            break
+        if here.radius <= descents.enough:
+            reason = f"a spectral radius of {descents.enough:g} is enough"
             break
         search = search.around(here)
     reasons.append("; ".join([reason, *(f"refused: {refusal}" for refusal in refusals)]))

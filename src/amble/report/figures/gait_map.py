@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -85,7 +85,7 @@ def _line(panel: Axes, name: str, points: Sequence[Mapping[str, float]], values:
 
 def _grid(
     panel: Axes, names: Sequence[str], points: Sequence[Mapping[str, float]], values: np.ndarray, every: np.ndarray
-) -> object:
+) -> Any:
     """Squares of colour, the same scale in all panels."""
     x, y = (np.array([point[name] for point in points]) for name in names)
     failed = np.isnan(values)

@@ -130,6 +130,8 @@ class LibrarySpecification:
         for axis, value in values.items():
             if axis == "height":
                 tree = _placed(tree, HEIGHT, [value - 0.5 * self.width, value + 0.5 * self.width])
+            elif axis == "payload" and value == 0.0:
+                tree = {**tree, "robot": {key: entry for key, entry in tree["robot"].items() if key != "payload"}}
             else:
                 tree = _placed(tree, PLACES[axis], value)
         return specification_of(tree, "library")

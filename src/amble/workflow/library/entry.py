@@ -100,7 +100,7 @@ def _solve(
 
 
 def _alike(near: Gait, mirrored: bool) -> bool:
-    """Whether a neighbour has the stances of a problem: straight ahead a named gait is mirrored, in a turn it is not."""
+    """Whether a neighbour has a problem's stances: straight ahead a named gait is mirrored, in a turn it is not."""
     return near.pattern.mirrored == mirrored
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import selectors
@@ -24,7 +25,7 @@ PATIENCE = 600.0
 """Seconds in which a process has to be ready: its imports, on a busy machine."""
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Worker:
     """A process with the gait that it is at.
 
@@ -34,7 +35,7 @@ class Worker:
         point: the gait; None while it waits for one.
         deadline: when the gait has to be done, by ``time.monotonic``.
         stage: what it said last of the gait.
-        ready: whether it has ever answered.
+        ready: whether it has said so; what it does before is no gait's fault.
         read: bytes of an answer that is not whole yet.
     """
 
@@ -53,13 +54,14 @@ class Worker:
         process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=words, start_new_session=True
         )
-        return cls(process, words, deadline=time.monotonic() + PATIENCE)
+        return cls(process=process, words=words, deadline=time.monotonic() + PATIENCE)
 
-    def begin(self, point: Point, task: Json, time_limit: float) -> None:
-        """Hand a task over."""
-        self.point, self.stage, self.deadline = point, "", time.monotonic() + time_limit
-        self._stdin.write(json.dumps(task).encode() + b"\n")
-        self._stdin.flush()
+    def begin(self, task: Json, time_limit: float) -> None:
+        """Hand the task of its gait over."""
+        self.stage, self.deadline = "", time.monotonic() + time_limit
+        with contextlib.suppress(BrokenPipeError):  # it has ended, which is heard next
+            self._stdin.write(json.dumps(task).encode() + b"\n")
+            self._stdin.flush()
 
     def answers(self) -> list[Json] | None:
         """Return the answers that have arrived; None where the process has ended."""
@@ -84,10 +86,8 @@ class Worker:
             self.process.kill()
         code = self.process.wait()
         for stream in (self._stdin, self.output):
-            try:
+            with contextlib.suppress(OSError):  # a task that was never read
                 stream.close()
-            except OSError:  # a task that was never read
-                continue
         return code
 
     def last_words(self, code: int) -> str:
@@ -118,87 +118,100 @@ class Work:
     tell: Callable[[Point, str], None]
 
 
+@dataclass(kw_only=True)
+class Pool:
+    """Processes at work; see ``run_pool`` for the fields."""
+
+    command: Sequence[str]
+    count: int
+    time_limit: float
+    work: Work
+    selector: selectors.BaseSelector
+    workers: list[Worker] = field(default_factory=list)
+
+    def hand_out(self) -> None:
+        """Give every process that waits a gait; start as many as there are gaits."""
+        while True:
+            idle = next((worker for worker in self.workers if worker.point is None), None)
+            if idle is None and len(self.workers) >= self.count:
+                return
+            point = self.work.next()
+            if point is None:
+                return
+            if idle is None:
+                idle = Worker.started(self.command)
+                self.workers.append(idle)
+                self.selector.register(idle.output, selectors.EVENT_READ, idle)
+            idle.point = point
+            if idle.ready:
+                idle.begin(self.work.task(point), self.time_limit)
+
+    def hear(self) -> bool:
+        """Wait for answers, at most until a gait has taken too long; false where no process is at work."""
+        busy = [worker for worker in self.workers if worker.point is not None]
+        if not busy:
+            return False
+        wait = max(min(worker.deadline for worker in busy) - time.monotonic(), 0.0)
+        for key, _ in self.selector.select(wait):
+            self._heard(key.data)
+        for worker in busy:
+            if worker in self.workers and worker.point is not None and time.monotonic() > worker.deadline:
+                self._give_up(worker, f"it took more than {self.time_limit:g} s")
+        return True
+
+    def _heard(self, worker: Worker) -> None:
+        answers = worker.answers()
+        if answers is None:
+            self._give_up(worker, worker.last_words(worker.end()))
+            return
+        for answer in answers:
+            point = worker.point
+            if point is None:
+                continue
+            if "ready" in answer:
+                worker.ready = True
+                worker.begin(self.work.task(point), self.time_limit)
+            elif "done" in answer:
+                worker.point = None
+                self.work.done(point)
+            else:
+                worker.stage = str(answer.get("at", worker.stage))
+                self.work.tell(point, worker.stage)
+
+    def _give_up(self, worker: Worker, reason: str) -> None:
+        point = worker.point
+        self.workers.remove(worker)
+        self.selector.unregister(worker.output)
+        worker.end()
+        worker.words.close()
+        if not worker.ready:
+            raise WorkError(f"a worker cannot be used: {reason}")
+        if point is not None:
+            self.work.lost(point, worker.stage, reason)
+
+
 def run_pool(command: Sequence[str], count: int, time_limit: float, work: Work) -> None:
     """Make gaits in processes until none is left that can be begun.
 
     Args:
-        command: starts a process.
+        command: starts a process, which says that it is ready and then answers tasks (``worker``).
         count: how many at a time.
         time_limit: wall time after which a gait is given up, s.
         work: the gaits.
 
     Raises:
-        WorkError: a process ends before it is ready: no gait is to blame.
+        WorkError: a process ends, or takes ``PATIENCE``, before it is ready: no gait is to blame.
     """
-    workers: list[Worker] = []
     with selectors.DefaultSelector() as selector:
+        pool = Pool(command=command, count=count, time_limit=time_limit, work=work, selector=selector)
         try:
-            while True:
-                _hand_out(workers, selector, command, count, time_limit, work)
-                busy = [worker for worker in workers if worker.point is not None]
-                if not busy:
-                    return
-                wait = max(min(worker.deadline for worker in busy) - time.monotonic(), 0.0)
-                for key, _ in selector.select(wait):
-                    _heard(key.data, workers, selector, work)
-                for worker in [each for each in workers if each.point and time.monotonic() > each.deadline]:
-                    _given_up(worker, workers, selector, f"it took more than {time_limit:g} s", work)
+            pool.hand_out()
+            while pool.hear():
+                pool.hand_out()
         finally:
-            for worker in workers:
+            for worker in pool.workers:
                 worker.end()
-
-
-def _hand_out(
-    workers: list[Worker],
-    selector: selectors.BaseSelector,
-    command: Sequence[str],
-    count: int,
-    time_limit: float,
-    work: Work,
-) -> None:
-    """Give every process that waits a gait; start as many as there are gaits."""
-    while True:
-        idle = next((worker for worker in workers if worker.point is None), None)
-        if idle is None and len(workers) >= count:
-            return
-        point = work.next()
-        if point is None:
-            return
-        if idle is None:
-            idle = Worker.started(command)
-            workers.append(idle)
-            selector.register(idle.output, selectors.EVENT_READ, idle)
-        try:
-            idle.begin(point, work.task(point), time_limit if idle.ready else time_limit + PATIENCE)
-        except BrokenPipeError:
-            raise WorkError(f"a worker cannot be used: {idle.last_words(idle.end())}") from None
-
-
-def _heard(worker: Worker, workers: list[Worker], selector: selectors.BaseSelector, work: Work) -> None:
-    answers = worker.answers()
-    if answers is None:
-        code = worker.end()
-        if not worker.ready:
-            raise WorkError(f"a worker cannot be used: {worker.last_words(code)}")
-        _given_up(worker, workers, selector, worker.last_words(code), work)
-        return
-    for answer in answers:
-        point, worker.ready = worker.point, True
-        if point is not None and "done" in answer:
-            worker.point = None
-            work.done(point)
-        elif point is not None:
-            worker.stage = worker.stage if "at" not in answer else str(answer["at"])
-            work.tell(point, worker.stage)
-
-
-def _given_up(worker: Worker, workers: list[Worker], selector: selectors.BaseSelector, reason: str, work: Work) -> None:
-    point = worker.point
-    workers.remove(worker)
-    selector.unregister(worker.output)
-    worker.end()
-    if point is not None:
-        work.lost(point, worker.stage, reason)
+                worker.words.close()
 
 
 def _there(stream: Any) -> IO[bytes]:

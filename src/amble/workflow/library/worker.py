@@ -1,8 +1,8 @@
 """A process that makes gaits of a library, one after the other; what one structure needs is built once in it.
 
-It reads one task a line on standard input and answers with one line on standard output when the gait's record is
-written. It ends when its input does, and with the process that started it. Whatever a gait does to it, that gait alone
-is lost: nothing is kept here that the files do not hold.
+It says that it is ready, reads one task a line on standard input and answers with one line on standard output when the
+gait's record is written. It ends when its input does, and with the process that started it. Whatever a gait does to it,
+that gait alone is lost: nothing is kept here that the files do not hold.
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ def main() -> None:
     def tell(report: ProgressReport) -> None:
         print(json.dumps({"at": str(report)}), file=answers, flush=True)
 
+    print(json.dumps({"ready": True}), file=answers, flush=True)
     for line in sys.stdin:
         entry = serve(library, Path(folder), Task(**json.loads(line)), tell)
         print(json.dumps({"done": entry.label}), file=answers, flush=True)
