@@ -18,7 +18,7 @@ def library(
         Path, typer.Argument(help="Specification with a table [library.axes], a TOML file.", show_default=False)
     ],
     out: Annotated[Path, typer.Option(help="Folder of the gaits; one that was begun is completed.")] = Path("library"),
-    workers: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, max=256, help="Processes on this machine.")] = 1,
     again: Annotated[bool, typer.Option("--again", help="Try again what failed.")] = False,
     chain: Annotated[
         int | None,

@@ -157,6 +157,17 @@ def stabilization(
         notify(ProgressReport(what=f"weights of {', '.join(more)} are freed"))
         search = search.freeing(here, freed)
         here = replace(here, theta=np.zeros(search.size))
+    return _result(search, here, steps, reasons, freed, began)
+
+
+def _result(
+    search: WeightSearch | GainSearch,
+    here: Closed,
+    steps: Sequence[Step],
+    reasons: Sequence[str],
+    freed: tuple[str, ...],
+    began: float,
+) -> Stabilized:
     reason = "; ".join(reasons)
     if here.radius >= 1.0:
         raise NotStabilizedError(_explanation(search, here, freed, reason))

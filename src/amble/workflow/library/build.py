@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from amble.amounts import check_amount
 from amble.errors import InputError, printable
 from amble.progress import Progress, ProgressReport, silent
 from amble.types import Json
@@ -23,6 +24,9 @@ try:
     import fcntl
 except ImportError:  # a system without advisory locks
     fcntl = None  # type: ignore[assignment]
+
+MOST_WORKERS = 256
+"""Processes on one machine."""
 
 
 def build_library(
@@ -51,9 +55,10 @@ def build_library(
         chain: make the gaits of one chain of neighbours only, by its number; tables and maps are then left to another.
 
     Raises:
-        InputError: the specification or the folder cannot be used, or another run is at work in the folder.
+        InputError: the specification, the folder or a number cannot be used, or another run is at work in the folder.
         WorkError: the processes cannot be started.
     """
+    check_amount("workers", workers, 1, MOST_WORKERS)
     notify, folder = progress or silent, Path(out)
     library = read_library(specification)
     library.problem(library.grid.at(library.grid.first))  # what is wrong with all of them is said at once

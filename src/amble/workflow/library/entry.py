@@ -25,7 +25,7 @@ STAGES = ("solve", "check", "stabilise", "certify")
 """What is done with every gait, in order."""
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Made:
     """What became of one gait so far.
 
