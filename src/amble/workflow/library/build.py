@@ -68,7 +68,8 @@ def build_library(
         raise InputError(f"there is no chain {chain}; the library has chains 0 to {len(heads) - 1}")
     with _alone(folder, shared=chain is not None):
         way = Way(folder, library.grid, again, None if chain is None else heads[chain])
-        command = [sys.executable, "-m", "amble.workflow.library.worker", str(specification), str(folder), *plugins]
+        worker = [sys.executable, "-m", "amble.workflow.library.worker", str(os.getpid())]
+        command = [*worker, str(specification), str(folder), *plugins]
         _make(library, folder, way, command, workers, notify)
         if chain is None:
             return finish(folder, notify)

@@ -30,11 +30,11 @@ _DEATH = 1
 
 
 def main() -> None:
-    """Serve the tasks of one library: arguments are its specification, its folder and plugins."""
-    die_with_parent()
+    """Serve the tasks of one library: arguments are who started it, its specification, its folder and plugins."""
+    starter, specification, folder, *plugins = sys.argv[1:]
+    end_with(int(starter))
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what others print is no answer
-    specification, folder, *plugins = sys.argv[1:]
     load_plugins(plugins)
     library = read_library(specification)
 
@@ -60,11 +60,13 @@ def _loaded(path: Path) -> Gait:
     return load_gait(path)
 
 
-def die_with_parent() -> None:
-    """Let the system end this process with the one that started it, where it can (Linux)."""
+def end_with(starter: int) -> None:
+    """Let the system end this process with the one that started it, where it can (Linux); at once if that is gone."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError, AttributeError):
             ctypes.CDLL(None).prctl(_DEATH, signal.SIGKILL)
+    if os.getppid() != starter:  # it ended while this process imported what it needs
+        raise SystemExit(1)
 
 
 if __name__ == "__main__":
