@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
+from amble.robot.base import SPATIAL
 from amble.robot.drive import resistance, rotor_energy, rotor_inertia
 from amble.robot.kinematics import aligned_joint_frames, angle_axes, base_rotation, link_poses
 from amble.robot.newton_euler import Frames, base_inertial_parameters, energy_and_momentum, joint_frames, newton_euler
@@ -71,7 +72,9 @@ def _function(name: str, robot: Robot, letters: str, build: Callable[..., Sequen
 @lru_cache(maxsize=64)
 def _mass_matrix(robot: Robot) -> ca.Function:
     def build(q: ca.SX) -> list[ca.SX]:
-        return [composite_rigid_body(aligned_joint_frames(robot), q) + rotor_inertia(robot)]
+        whole = composite_rigid_body(aligned_joint_frames(robot), robot.base.spatial(q))
+        own = _own(robot)
+        return [(whole if robot.base.in_space else ca.sparsify(whole[own, own])) + rotor_inertia(robot)]
 
     return _function("mass_matrix", robot, "q", build)
 
@@ -79,19 +82,13 @@ def _mass_matrix(robot: Robot) -> ca.Function:
 @lru_cache(maxsize=64)
 def _bias(robot: Robot) -> ca.Function:
     still = ca.SX(robot.size, 1)
-    return _function(
-        "bias",
-        robot,
-        "qv",
-        lambda q, v: [newton_euler(aligned_joint_frames(robot), q, v, still) + resistance(robot, v)],
-    )
+    return _function("bias", robot, "qv", lambda q, v: [_newton_euler(robot, q, v, still) + resistance(robot, v)])
 
 
 @lru_cache(maxsize=64)
 def _inverse_dynamics(robot: Robot) -> ca.Function:
     def build(q: ca.SX, v: ca.SX, a: ca.SX) -> list[ca.SX]:
-        rigid = newton_euler(aligned_joint_frames(robot), q, v, a)
-        return [rigid + rotor_inertia(robot) @ a + resistance(robot, v)]
+        return [_newton_euler(robot, q, v, a) + rotor_inertia(robot) @ a + resistance(robot, v)]
 
     return _function("inverse_dynamics", robot, "qva", build)
 
@@ -99,7 +96,7 @@ def _inverse_dynamics(robot: Robot) -> ca.Function:
 @lru_cache(maxsize=64)
 def _energy_and_momentum(robot: Robot) -> ca.Function:
     def build(q: ca.SX, v: ca.SX) -> tuple[ca.SX, ...]:
-        energy, linear, angular = energy_and_momentum(aligned_joint_frames(robot), q, v)
+        energy, linear, angular = energy_and_momentum(aligned_joint_frames(robot), *map(robot.base.spatial, (q, v)))
         return energy + rotor_energy(robot, v), linear, angular
 
     return _function("energy_and_momentum", robot, "qv", build)
@@ -107,7 +104,8 @@ def _energy_and_momentum(robot: Robot) -> ca.Function:
 
 @lru_cache(maxsize=64)
 def _potential_energy(robot: Robot) -> ca.Function:
-    def build(q: ca.SX) -> list[ca.SX]:
+    def build(own: ca.SX) -> list[ca.SX]:
+        q = robot.base.spatial(own)
         first_moments = [
             link.mass * (origin + rotation @ constant(link.center))
             for link, (rotation, origin) in zip(robot.links, link_poses(robot, q), strict=True)
@@ -118,15 +116,25 @@ def _potential_energy(robot: Robot) -> ca.Function:
     return _function("potential_energy", robot, "q", build)
 
 
+def _own(robot: Robot) -> list[int]:
+    """Where the robot's coordinates stand among the spatial ones."""
+    return robot.base.columns(len(robot.joints))
+
+
+def _newton_euler(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
+    """Rows of ``newton_euler`` of the robot's coordinates."""
+    return newton_euler(aligned_joint_frames(robot), *map(robot.base.spatial, (q, v, a)))[_own(robot)]
+
+
 def composite_rigid_body(robot: Robot, q: ca.SX) -> ca.SX:
-    """Return D, (n_q, n_q), with structural zeros between different legs."""
+    """Return D in spatial coordinates, with structural zeros between different legs."""
     frames = joint_frames(robot, q)
     bodies = _composites(robot, frames)
     entries: Entries = {}
     _enter_base(entries, q, bodies[0])
     for j in range(len(robot.joints)):
         _enter_joint(entries, robot, q, frames, j, bodies[robot.joints[j].child])
-    return _symmetric_matrix(entries, robot.size)
+    return _symmetric_matrix(entries, q.shape[0])
 
 
 def _symmetric_matrix(entries: Entries, size: int) -> ca.SX:
@@ -157,17 +165,17 @@ def _enter_joint(entries: Entries, robot: Robot, q: ca.SX, frames: Frames, j: in
     _, first_moment, inertia = body
     axis = constant(robot.joints[j].axis)
     force, moment = cross(axis, first_moment), inertia @ axis
-    entries[6 + j, 6 + j] = ca.dot(axis, moment)
+    entries[SPATIAL + j, 6 + j] = ca.dot(axis, moment)
     for below in reversed(robot.chain(robot.joints[j].child)):
         if below != j:
-            entries[6 + j, 6 + below] = ca.dot(constant(robot.joints[below].axis), moment)
+            entries[SPATIAL + j, SPATIAL + below] = ca.dot(constant(robot.joints[below].axis), moment)
         arm, rotation = frames.translations[below], frames.rotations[below]
         force = rotation @ force
         moment = rotation @ moment + cross(arm, force)
     force, moment = base_rotation(q) @ force, angle_axes(q).T @ moment
     for k in range(3):
-        entries[6 + j, k] = force[k]
-        entries[6 + j, 3 + k] = moment[k]
+        entries[SPATIAL + j, k] = force[k]
+        entries[SPATIAL + j, 3 + k] = moment[k]
 
 
 def _composites(robot: Robot, frames: Frames) -> list[Composite]:

@@ -85,10 +85,11 @@ def _take(robot: Robot) -> Mapping[str, Any]:
         },
         "payload": robot.payload,
     }
-    return {**vars(robot), "hash": robot.hash, "overlays": overlays}
+    base = None if robot.base.in_space else robot.base.name
+    return {**vars(robot), "hash": robot.hash, "overlays": overlays, "base": base}
 
 
-def _build(hash: str, overlays: Json, joints: tuple[Joint, ...], **fields: Any) -> Robot:
+def _build(hash: str, overlays: Json, joints: tuple[Joint, ...], base: str | None, **fields: Any) -> Robot:
     """Build a robot, and hold it against the hash it was written with."""
     names, rotors = [joint.name for joint in joints], overlays["rotors"]
     for name in rotors:
@@ -98,6 +99,7 @@ def _build(hash: str, overlays: Json, joints: tuple[Joint, ...], **fields: Any) 
         joints=tuple(replace(joint, **rotors.get(joint.name, {})) for joint in joints),
         locked_joints=overlays["locked_joints"],
         payload=overlays["payload"],
+        base=BASES[base or SPACE.name],
         **fields,
     )
     if robot.hash != hash:
@@ -120,6 +122,7 @@ ROBOT = Record(
         "links": ListOf(LINK),
         "joints": ListOf(JOINT),
         "feet": ListOf(FOOT),
+        "base": Optional(NameIn("base", BASES)),
     },
     take=_take,
 )

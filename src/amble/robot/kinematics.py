@@ -1,7 +1,8 @@
 """Kinematics: positions, Jacobians and velocity-dependent accelerations of point feet, as casadi expressions.
 
-Coordinates are q = (x, y, z, roll, pitch, yaw, joints); the base orientation is R = Rx(roll) Ry(pitch) Rz(yaw). Every
-function takes casadi SX, MX, DM or numpy and returns the matching casadi type.
+Coordinates are q = (x, y, z, roll, pitch, yaw, joints), of a robot in the plane (x, z, pitch, joints); the base
+orientation is R = Rx(roll) Ry(pitch) Rz(yaw). Every function takes casadi SX, MX, DM or numpy and returns the matching
+casadi type; those without a robot, and ``link_poses``, take spatial coordinates (``Base.spatial``).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
+from amble.robot.base import SPATIAL
 from amble.robot.rotation import constant, cross, rotation_about
 from amble.types import Matrix, Vector, frozen
 
@@ -40,7 +42,7 @@ def link_poses(robot: Robot, q: Any) -> list[tuple[Any, Any]]:
     for j in robot.ordered_joints:
         joint = robot.joints[j]
         rotation, origin = poses[joint.parent]
-        frame = constant(joint.rotation) @ rotation_about(joint.axis, q[6 + j])
+        frame = constant(joint.rotation) @ rotation_about(joint.axis, q[SPATIAL + j])
         poses[joint.child] = (rotation @ frame, origin + rotation @ constant(joint.translation))
     return poses
 
@@ -99,72 +101,84 @@ def foot_rotation_jacobian(robot: Robot, foot: str, q: Any) -> Any:
 
 @lru_cache(maxsize=256)
 def _link_pose(robot: Robot, link: int) -> ca.Function:
-    q = ca.SX.sym("q", robot.size)
-    rotation, origin = link_poses(robot, q)[link]
-    base = base_rotation(q)
-    return ca.Function("link_pose", [q], [ca.densify(base @ rotation), ca.densify(q[:3] + base @ origin)])
+    q, s = _symbols(robot, "q")
+    rotation, origin = link_poses(robot, s)[link]
+    base = base_rotation(s)
+    return ca.Function("link_pose", [q], [ca.densify(base @ rotation), ca.densify(s[:3] + base @ origin)])
 
 
 @lru_cache(maxsize=256)
 def _foot_position(robot: Robot, foot: str) -> ca.Function:
     robot = aligned_joint_frames(robot)
-    q = ca.SX.sym("q", robot.size)
-    return ca.Function("foot_position", [q], [ca.densify(q[:3] + base_rotation(q) @ _in_base(robot, foot, q))])
+    q, s = _symbols(robot, "q")
+    return ca.Function("foot_position", [q], [ca.densify(s[:3] + base_rotation(s) @ _in_base(robot, foot, s))])
 
 
 @lru_cache(maxsize=256)
 def _foot_jacobian(robot: Robot, foot: str) -> ca.Function:
     robot = aligned_joint_frames(robot)
-    q = ca.SX.sym("q", robot.size)
-    rotation, arm = base_rotation(q), _in_base(robot, foot, q)
-    jacobian = ca.SX(3, robot.size)
+    q, s = _symbols(robot, "q")
+    rotation, arm = base_rotation(s), _in_base(robot, foot, s)
+    jacobian = ca.SX(3, s.shape[0])
     jacobian[:, :3] = ca.SX.eye(3)
-    world_arm, about_roll = rotation @ arm, rotation_about(X, q[3])
+    world_arm, about_roll = rotation @ arm, rotation_about(X, s[3])
     jacobian[:, 3] = cross(ca.SX(constant(X)), world_arm)
     jacobian[:, 4] = cross(about_roll @ constant(Y), world_arm)
     jacobian[:, 5] = cross(rotation @ constant(Z), world_arm)
-    poses, record = link_poses(robot, q), robot.foot(foot)
+    poses, record = link_poses(robot, s), robot.foot(foot)
     for j in robot.chain(record.link):
         link_rotation, origin = poses[j + 1]
         axis = link_rotation @ constant(robot.joints[j].axis)
-        jacobian[:, 6 + j] = rotation @ cross(axis, arm - origin)
-    return ca.Function("foot_jacobian", [q], [ca.sparsify(jacobian)])
+        jacobian[:, SPATIAL + j] = rotation @ cross(axis, arm - origin)
+    return ca.Function("foot_jacobian", [q], [ca.sparsify(_own(robot, jacobian))])
 
 
 @lru_cache(maxsize=256)
 def _foot_rotation_jacobian(robot: Robot, foot: str) -> ca.Function:
     robot = aligned_joint_frames(robot)
-    q = ca.SX.sym("q", robot.size)
-    rotation, about_roll = base_rotation(q), rotation_about(X, q[3])
-    jacobian = ca.SX(3, robot.size)
+    q, s = _symbols(robot, "q")
+    rotation, about_roll = base_rotation(s), rotation_about(X, s[3])
+    jacobian = ca.SX(3, s.shape[0])
     jacobian[:, 3] = constant(X)
     jacobian[:, 4] = about_roll @ constant(Y)
     jacobian[:, 5] = rotation @ constant(Z)
-    poses = link_poses(robot, q)
+    poses = link_poses(robot, s)
     for j in robot.chain(robot.foot(foot).link):
-        jacobian[:, 6 + j] = rotation @ (poses[j + 1][0] @ constant(robot.joints[j].axis))
-    return ca.Function("foot_rotation_jacobian", [q], [ca.sparsify(jacobian)])
+        jacobian[:, SPATIAL + j] = rotation @ (poses[j + 1][0] @ constant(robot.joints[j].axis))
+    return ca.Function("foot_rotation_jacobian", [q], [ca.sparsify(_own(robot, jacobian))])
 
 
 @lru_cache(maxsize=256)
 def _foot_bias(robot: Robot, foot: str) -> ca.Function:
     robot = aligned_joint_frames(robot)
-    q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
-    record, poses = robot.foot(foot), link_poses(robot, q)
-    axes = angle_axes(q)
-    angular_velocity = axes @ v[3:6]
+    (q, s), (v, rates) = _symbols(robot, "q"), _symbols(robot, "v")
+    record, poses = robot.foot(foot), link_poses(robot, s)
+    axes = angle_axes(s)
+    angular_velocity = axes @ rates[3:6]
     # rates of the axes' directions: d(E)/dt (roll', pitch', yaw') by the chain of three joints
-    angular_acceleration = ca.jtimes(axes @ v[3:6], q[4:6], v[4:6])
+    turning = slice(4, 6) if robot.base.in_space else slice(None)  # the axes do not depend on the other coordinates
+    angular_acceleration = ca.jtimes(axes @ rates[3:6], q[turning], v[turning])
     acceleration, parent = ca.SX(3, 1), ca.SX(3, 1)
     for j in robot.chain(record.link):
         rotation, origin = poses[j + 1]
         acceleration += _bias_of_arm(angular_velocity, angular_acceleration, origin - parent)
         axis = rotation @ constant(robot.joints[j].axis)
-        angular_acceleration = angular_acceleration + cross(angular_velocity, axis) * v[6 + j]
-        angular_velocity = angular_velocity + axis * v[6 + j]
+        angular_acceleration = angular_acceleration + cross(angular_velocity, axis) * rates[SPATIAL + j]
+        angular_velocity = angular_velocity + axis * rates[SPATIAL + j]
         parent = origin
-    acceleration += _bias_of_arm(angular_velocity, angular_acceleration, _in_base(robot, foot, q) - parent)
-    return ca.Function("foot_bias", [q, v], [ca.densify(base_rotation(q) @ acceleration)])
+    acceleration += _bias_of_arm(angular_velocity, angular_acceleration, _in_base(robot, foot, s) - parent)
+    return ca.Function("foot_bias", [q, v], [ca.densify(base_rotation(s) @ acceleration)])
+
+
+def _symbols(robot: Robot, letter: str) -> tuple[ca.SX, ca.SX]:
+    """Coordinates of a robot as symbols, and the spatial ones."""
+    own = ca.SX.sym(letter, robot.size)
+    return own, robot.base.spatial(own)
+
+
+def _own(robot: Robot, columns: ca.SX) -> ca.SX:
+    """Of columns for the spatial coordinates those of the robot's."""
+    return columns if robot.base.in_space else columns[:, robot.base.columns(len(robot.joints))]
 
 
 def _bias_of_arm(angular_velocity: ca.SX, angular_acceleration: ca.SX, arm: ca.SX) -> ca.SX:

@@ -126,7 +126,11 @@ def find_mirror(robot: Robot) -> Mirror:
     feet, partner = _twin_feet(robot), partners(robot)
     sign = np.array([_axis_sign(robot, j, partner[j]) for j in range(len(robot.joints))])
     index = np.array([partner[j] for j in range(len(robot.joints))])
-    coordinates = SignedPermutation(np.concatenate([np.arange(6), 6 + index]), frozen([*BASE_SIGNS, *sign]))
+    base = robot.base
+    coordinates = SignedPermutation(
+        np.concatenate([np.arange(base.size), base.size + index]),
+        frozen([*(BASE_SIGNS[place] for place in base.places), *sign]),
+    )
     order = [robot.foot_names.index(feet[name]) for name in robot.foot_names]
     forces = SignedPermutation(
         np.array([3 * i + k for i in order for k in range(3)]), frozen(np.tile(np.diag(REFLECTION), len(order)))

@@ -12,7 +12,8 @@ import numpy as np
 
 from amble.errors import UnknownNameError
 from amble.names import LONGEST_FILE, check_name
-from amble.robot.parts import BASE_COORDINATES, DRIVE, Foot, Joint, Link, Payload
+from amble.robot.base import SPACE, Base, check_plane
+from amble.robot.parts import DRIVE, Foot, Joint, Link, Payload
 from amble.robot.validation import check_bodies, check_frames, check_names, check_numbers, check_tree
 from amble.types import Json, Matrix
 
@@ -40,6 +41,7 @@ class Robot:
         unused: a sentence for everything that its file says of the motion and that is not used.
         locked_joints: joints of the file that are held at an angle, rad, or a place, m; they are no joints here.
         payload: what is carried.
+        base: how the base moves: in space, or in the plane of x and z.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Robot:
     unused: tuple[str, ...] = ()
     locked_joints: Mapping[str, float] = field(default_factory=dict)
     payload: Payload | None = None
+    base: Base = SPACE
 
     def __post_init__(self) -> None:
         """Check everything that equations of motion take for granted but the mass matrix (``plausibility``).
@@ -68,6 +71,8 @@ class Robot:
         check_tree(self.name, self.links, self.joints, self.feet)
         check_frames(self.joints)
         check_bodies(self.links)
+        if not self.base.in_space:
+            check_plane(self)
 
     def __eq__(self, other: object) -> bool:
         """Compare the content that matters."""
@@ -89,13 +94,13 @@ class Robot:
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """Names of the entries of q: x, y, z, roll, pitch, yaw, then the joints."""
-        return (*BASE_COORDINATES, *self.joint_names)
+        """Names of the entries of q: x, y, z, roll, pitch, yaw (in the plane x, z, pitch), then the joints."""
+        return (*self.base.coordinates, *self.joint_names)
 
     @property
     def size(self) -> int:
         """Number of coordinates n_q."""
-        return len(BASE_COORDINATES) + len(self.joints)
+        return self.base.size + len(self.joints)
 
     @property
     def mass(self) -> float:
@@ -195,6 +200,7 @@ def _content(robot: Robot) -> Json:
         "twins": [list(pair) for pair in robot.twins],
         "symmetry_tolerance": repr(float(robot.symmetry_tolerance)),
         "overlays": _overlays(robot),
+        **({} if robot.base.in_space else {"base": robot.base.name}),
     }
 
 

@@ -1,7 +1,7 @@
 """Motion of every link outwards, wrenches inwards: the recursion of Newton and Euler over links in their own frames.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5, with the base as a serial chain x, y, z, roll,
-pitch, yaw.
+pitch, yaw: all in spatial coordinates (``Base.spatial``).
 
 Inertial parameters of the links are regrouped so that the recursions need the fewest operations. Matter that is
 symmetric about a revolute joint's axis moves the same whether it is fixed to the child or to the parent: point masses
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from amble.robot.base import SPATIAL
 from amble.robot.kinematics import X, Y, Z, angle_axes, base_rotation
 from amble.robot.rotation import constant, cross, rotation_about, skew
 from amble.types import Matrix, Vector
@@ -106,7 +107,7 @@ class Frames:
 def joint_frames(robot: Robot, q: ca.SX) -> Frames:
     """Return the joint frames at coordinates q."""
     return Frames(
-        [constant(j.rotation) @ rotation_about(j.axis, q[6 + i]) for i, j in enumerate(robot.joints)],
+        [constant(j.rotation) @ rotation_about(j.axis, q[SPATIAL + i]) for i, j in enumerate(robot.joints)],
         [constant(j.translation) for j in robot.joints],
     )
 
@@ -126,7 +127,7 @@ def newton_euler(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
 
 def energy_and_momentum(robot: Robot, q: ca.SX, v: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Return kinetic energy, linear momentum and angular momentum about the world origin, world axes."""
-    frames, still = joint_frames(robot, q), ca.SX(robot.size, 1)
+    frames, still = joint_frames(robot, q), ca.SX(q.shape[0], 1)
     motions = _motions(robot, frames, _base_motion(q, v, still, 0.0), v, still)
     parts = [_momentum(body, motion) for body, motion in zip(base_inertial_parameters(robot), motions, strict=True)]
     energy = sum(
@@ -158,8 +159,8 @@ def _motions(robot: Robot, frames: Frames, base: Motion, v: ca.SX, a: ca.SX) -> 
         axis, step, arm = constant(joint.axis), frames.rotations[j].T, frames.translations[j]
         carried = step @ on.angular_velocity
         motions[joint.child] = Motion(
-            carried + axis * v[6 + j],
-            step @ on.angular_acceleration + axis * a[6 + j] + cross(carried, axis) * v[6 + j],
+            carried + axis * v[SPATIAL + j],
+            step @ on.angular_acceleration + axis * a[SPATIAL + j] + cross(carried, axis) * v[SPATIAL + j],
             step @ (on.velocity + cross(on.angular_velocity, arm)),
             step @ (on.acceleration + _swirl(on) @ arm),
         )

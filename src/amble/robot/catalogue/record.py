@@ -28,7 +28,8 @@ class Posture:
 
     def coordinates(self, robot: Robot) -> Vector:
         """Return q of the posture at the world origin, (n_q,)."""
-        return np.array([0.0, 0.0, self.height, 0.0, 0.0, 0.0, *(self.angles[name] for name in robot.joint_names)])
+        known = {**dict.fromkeys(robot.base.coordinates, 0.0), **self.angles, "z": self.height}
+        return np.array([known[name] for name in robot.coordinate_names])
 
 
 @dataclass(frozen=True, kw_only=True)
