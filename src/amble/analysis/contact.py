@@ -191,7 +191,7 @@ def _joint_rows(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) -> li
     """Largest |torque| and |speed| of every joint that has such a limit."""
     robot = pattern.robot
     torque = np.abs(signal(trace, "torque"))
-    speed = np.abs(trace.state[:, robot.size + 6 :])
+    speed = np.abs(trace.state[:, robot.size + robot.base.size :])
     rows = []
     for column, joint in enumerate(robot.joint_names):
         for what, values, limits in (("torque", torque, bounds.torques), ("speed", speed, bounds.speeds)):

@@ -62,7 +62,8 @@ class Samples:
     def distance(self) -> float:
         """Horizontal distance walked, m: the chords of all cycles; 0 where they make less than ``STANDING``."""
         ends = [np.flatnonzero(self.cycles == cycle)[[0, -1]] for cycle in np.unique(self.cycles)]
-        chords = [np.hypot(*(self.positions[last, :2] - self.positions[first, :2])) for first, last in ends]
+        over = self.robot.base.spatial(self.positions)[:, :2]
+        chords = [np.hypot(*(over[last] - over[first])) for first, last in ends]
         walked = float(np.sum(chords))
         slowest = STANDING * velocity_unit(self.robot) * float(self.times[-1] - self.times[0])
         return walked if walked > slowest else 0.0
@@ -120,7 +121,7 @@ class Samples:
             joints=self.robot.joint_names,
             times=self.times,
             segments=self.segments,
-            speeds=self.velocities[:, 6:],
+            speeds=self.velocities[:, self.robot.base.size :],
             torques=dict(torques),
             distance=self.distance,
             mass=self.robot.mass,
@@ -276,10 +277,11 @@ def _turned(part: _Part, angle: float, pattern: GaitPattern) -> _Part:
 
 def _follow(before: _Part, part: _Part, pattern: GaitPattern) -> _Part:
     """Shift a part in time and along the ground so that it begins where another ends."""
-    positions = part.positions.copy()
-    missing = before.positions[-1, :2] - positions[0, :2]
-    for amount, along in zip(missing, pattern.ground.translations.values(), strict=True):
-        positions[:, :3] += amount * along
+    positions, base = part.positions.copy(), pattern.robot.base
+    missing = before.positions[-1] - positions[0]
+    for name, along in pattern.ground.translations.items():
+        if name in base.coordinates:
+            positions[:, : len(base.axes)] += missing[base.coordinates.index(name)] * along[list(base.axes)]
     return replace(part, times=part.times - part.times[0] + before.times[-1], positions=positions)
 
 

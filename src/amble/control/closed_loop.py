@@ -11,6 +11,7 @@ import casadi as ca
 from amble.codegen import compile_all
 from amble.control.allocation import AllocationLaw
 from amble.control.linearisation import Linearised, linearise
+from amble.control.outputs import controllable
 from amble.control.phase import Phase, TimePhase
 from amble.control.sensitivity import sensitivity
 from amble.control.stance_functions import ARGUMENTS, fall_margin, function, guard, reset, signals
@@ -157,7 +158,7 @@ def _arguments(
 ) -> tuple[ca.SX, ca.SX, list[ca.SX], VirtualConstraints]:
     """Symbols q and v, then (t, x, p), and p by its parts."""
     x = ca.SX.sym("x", 2 * robot.size)
-    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, order, phase)
+    constraints = VirtualConstraints.symbols(outputs, len(controllable(robot)), order, phase)
     return x[: robot.size], x[robot.size :], [ca.SX.sym("t"), x, constraints.packed()], constraints
 
 

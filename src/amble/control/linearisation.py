@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from amble.control.allocation import AllocationLaw, Redundancy
-from amble.control.motion_equations import BASE_SIZE, MotionEquations
+from amble.control.motion_equations import MotionEquations
 from amble.control.phase import PhaseRates
 from amble.control.virtual_constraints import VirtualConstraints, commanded_acceleration, reference_slope
 from amble.hybrid import Contacts
@@ -130,12 +130,12 @@ def linearise(
 
     commanded = commanded_acceleration(q, v, phase, constraints, phase.bias)
     commanded = commanded if pushed is None else commanded + pushed
-    # with u = (D a + h - J^T lambda)_joints, N^T u = 0 is a row for a and lambda, next to the base's six
+    # with u = (D a + h - J^T lambda)_joints, N^T u = 0 is a row for a and lambda, next to the base's
     a, smallest = equations.solve(commanded, -contacts.bias(q, v), -equations.rows @ h)
     closure = PhaseClosure.of(equations, phase, reference_slope(phase, constraints)) if phase.by_state else None
     if closure is not None:
         a, smallest = closure.answered(a, smallest)
-    u = (equations.mass @ a + h - J.T @ smallest)[BASE_SIZE:]
+    u = (equations.mass @ a + h - J.T @ smallest)[contacts.robot.base.size :]
     redundancy = Redundancy.at(contacts, (q, v), (u, smallest), (equations.torque_basis, equations.force_basis))
     chosen = redundancy.moved(law.allocate(redundancy))
     return Linearised(

@@ -11,13 +11,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from amble.control.virtual_constraints import POSITION_SIZE
 from amble.errors import InputError
 from amble.hybrid import Contacts
 from amble.numerics.linear_algebra import OrthogonalFactor
 from amble.robot import dynamics
-
-BASE_SIZE = 6
 
 SMALLEST_PIVOT = 1e-6
 """Pivots are sines of angles between equations, about 0.1 for ASTRo; below this six digits of the torques are gone."""
@@ -27,7 +24,7 @@ SMALLEST_PIVOT = 1e-6
 class MotionEquations:
     """J a = contact, S a - w in the kernel of H, and P (D a - J^T lambda) = load.
 
-    S picks y_a = (roll, pitch, yaw, joints) of the coordinates; P = [I 0; 0 N^T] picks the base's rows and sums the
+    S picks y_a = (roll, pitch, yaw, joints), in the plane (pitch, joints), of the coordinates; P = [I 0; 0 N^T] picks the base's rows and sums the
     joints' rows over every torque N that causes no acceleration.
 
     Attributes:
@@ -42,6 +39,7 @@ class MotionEquations:
         balance: factor of the equations for ``open`` and the contact forces per mass of the robot.
         total: mass of the robot, kg.
         stride: constraint rows of one foot.
+        position: coordinates of the base's position.
     """
 
     mass: ca.SX
@@ -55,6 +53,7 @@ class MotionEquations:
     balance: OrthogonalFactor
     total: float
     stride: int
+    position: int
 
     @classmethod
     def of(cls, contacts: Contacts, q: ca.SX, null_space: ca.SX) -> MotionEquations:
@@ -65,15 +64,16 @@ class MotionEquations:
         """
         # shorthand
         robot, stride = contacts.robot, contacts.contact.size
+        base, p = robot.base.size, len(robot.base.axes)
         D, J = dynamics.mass_matrix(robot, q), contacts.jacobian(q)
         N, W = contacts.torque_null_space(q)
-        outputs, allowed = robot.size - POSITION_SIZE - null_space.shape[1], len(robot.joints) - N.shape[1]
+        outputs, allowed = robot.size - p - null_space.shape[1], len(robot.joints) - N.shape[1]
         if outputs != allowed:
             raise InputError(f"a stance on {len(contacts.feet)} feet takes exactly {allowed} outputs, not {outputs}")
 
-        P = ca.diagcat(ca.SX.eye(BASE_SIZE), N.T)
-        closure = OrthogonalFactor.of(_apart(J[:, POSITION_SIZE:], stride) @ null_space)
-        directions = _open_directions(J, null_space, closure.kernel)
+        P = ca.diagcat(ca.SX.eye(base), N.T)
+        closure = OrthogonalFactor.of(_apart(J[:, p:], stride, p) @ null_space)
+        directions = _open_directions(J, null_space, closure.kernel, p)
         balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -robot.mass * (P @ J.T)))
         return cls(
             mass=D,
@@ -87,6 +87,7 @@ class MotionEquations:
             balance=balance,
             total=robot.mass,
             stride=stride,
+            position=p,
         )
 
     @property
@@ -103,17 +104,17 @@ class MotionEquations:
             load: right side of the rows P, (6 + k, m).
         """
         # shorthand
-        J, Z = self.jacobian, self.null_space
+        J, Z, p = self.jacobian, self.null_space, self.position
 
-        moved = contact - J[:, POSITION_SIZE:] @ commanded
-        outputs = commanded + Z @ self.closure.solve(_apart(moved, self.stride))
-        one = ca.vertcat(_common(contact - J[:, POSITION_SIZE:] @ outputs), outputs)
+        moved = contact - J[:, p:] @ commanded
+        outputs = commanded + Z @ self.closure.solve(_apart(moved, self.stride, p))
+        one = ca.vertcat(_common(contact - J[:, p:] @ outputs, p), outputs)
         found = self.balance.solve(load - self.rows @ (self.mass @ one))
         count = self.open.shape[1]
         return one + self.open @ found[:count, :], self.total * found[count:, :]
 
 
-def _apart(rows: ca.SX, stride: int) -> ca.SX:
+def _apart(rows: ca.SX, stride: int, position: int) -> ca.SX:
     """What remains of the rows when the base's position is free.
 
     The velocity of every foot but the first, less that of the first, and all angular velocities.
@@ -121,19 +122,19 @@ def _apart(rows: ca.SX, stride: int) -> ca.SX:
     kept = [ca.SX(0, rows.shape[1])]
     for start in range(0, rows.shape[0], stride):
         if start:
-            kept.append(rows[start : start + POSITION_SIZE, :] - rows[:POSITION_SIZE, :])
-        kept.append(rows[start + POSITION_SIZE : start + stride, :])
+            kept.append(rows[start : start + position, :] - rows[:position, :])
+        kept.append(rows[start + position : start + stride, :])
     return ca.vertcat(*kept)
 
 
-def _common(rows: ca.SX) -> ca.SX:
+def _common(rows: ca.SX, position: int) -> ca.SX:
     """Velocity rows of the first foot, which the base's position follows; zero without a foot."""
-    return rows[:POSITION_SIZE, :] if rows.shape[0] else ca.SX(POSITION_SIZE, rows.shape[1])
+    return rows[:position, :] if rows.shape[0] else ca.SX(position, rows.shape[1])
 
 
-def _open_directions(jacobian: ca.SX, null_space: ca.SX, kernel: ca.SX) -> ca.SX:
+def _open_directions(jacobian: ca.SX, null_space: ca.SX, kernel: ca.SX, position: int) -> ca.SX:
     """Accelerations that move no foot and no output; without feet the base's position is open too."""
     outputs = null_space @ kernel
     if jacobian.shape[0]:
-        return ca.vertcat(-_common(jacobian[:, POSITION_SIZE:] @ outputs), outputs)
-    return ca.diagcat(ca.SX.eye(POSITION_SIZE), outputs)
+        return ca.vertcat(-_common(jacobian[:, position:] @ outputs, position), outputs)
+    return ca.diagcat(ca.SX.eye(position), outputs)

@@ -64,8 +64,8 @@ class Outputs:
 
 
 def controllable(robot: Robot) -> tuple[str, ...]:
-    """Return the names of y_a: roll, pitch, yaw and the joints."""
-    return robot.coordinate_names[3:]
+    """Return the names of y_a: roll, pitch, yaw (in the plane pitch) and the joints."""
+    return robot.coordinate_names[len(robot.base.axes) :]
 
 
 def actuated_freedoms(contacts: Contacts) -> int:

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from amble.control.linearisation import Linearised
-from amble.control.motion_equations import BASE_SIZE
-from amble.control.virtual_constraints import POSITION_SIZE, VirtualConstraints, commanded_acceleration, reference_slope
+from amble.control.virtual_constraints import VirtualConstraints, commanded_acceleration, reference_slope
 from amble.hybrid import Contacts
 from amble.robot import dynamics
 
@@ -50,7 +49,7 @@ def sensitivity(
     J, state = equations.jacobian, ca.vertcat(q, v)
 
     a, lam = ca.SX.sym("a", robot.size), ca.SX.sym("lambda", contacts.size)
-    force = (dynamics.inverse_dynamics(robot, q, v, a) - J.T @ lam)[:BASE_SIZE]
+    force = (dynamics.inverse_dynamics(robot, q, v, a) - J.T @ lam)[: robot.base.size]
     contact = J @ a + contacts.bias(q, v)
     at = linearised.acceleration, linearised.forces
     slopes = ca.Function("slopes", [q, v, a, lam], [ca.jacobian(force, state), ca.jacobian(contact, state)])(q, v, *at)
@@ -59,15 +58,15 @@ def sensitivity(
     coordinates, free = commanded.shape[0], equations.torque_basis.shape[1]
     acceleration, _ = equations.solve(commanded, -slopes[1], ca.vertcat(-slopes[0], ca.SX(free, 2 * robot.size)))
     response, _ = equations.solve(
-        ca.SX.eye(coordinates), ca.SX(contact.shape[0], coordinates), ca.SX(BASE_SIZE + free, coordinates)
+        ca.SX.eye(coordinates), ca.SX(contact.shape[0], coordinates), ca.SX(robot.base.size + free, coordinates)
     )
     closure = linearised.closure
     if closure is None:
-        return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - commanded)
+        return Sensitivity(acceleration, response, acceleration[equations.position :, :] - commanded)
     change = closure.second(acceleration, second)
     acceleration += closure.acceleration @ change
     response += closure.acceleration @ closure.second(response)
-    return Sensitivity(acceleration, response, acceleration[POSITION_SIZE:, :] - commanded - closure.slope @ change)
+    return Sensitivity(acceleration, response, acceleration[equations.position :, :] - commanded - closure.slope @ change)
 
 
 def _commanded(linearised: Linearised, q: ca.SX, v: ca.SX, constraints: VirtualConstraints) -> tuple[ca.SX, ca.SX]:

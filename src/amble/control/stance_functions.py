@@ -41,6 +41,7 @@ def function(name: str, symbols: list[ca.SX], results: dict[str, ca.SX]) -> ca.F
 
 def fall_margin(contacts: Contacts, q: ca.SX) -> ca.SX:
     """Return the margin to a fall: height of the base above the ground under it, and how upright it is there."""
+    q = contacts.robot.base.spatial(q)
     ground, rotation = contacts.ground, kinematics.base_rotation(q)
     height = q[2] - ground.height(q[0], q[1])
     upright = rotation[2, 2] if ground.level else ca.dot(ground.normal(q[:3]), rotation[:, 2])

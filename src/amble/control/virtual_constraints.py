@@ -14,8 +14,6 @@ from amble.numerics.bezier import bernstein_derivatives
 from amble.robot import Robot
 from amble.types import Matrix, Vector
 
-POSITION_SIZE = 3
-
 DEPENDENT = 1e-10
 """Output weights whose smallest singular value is below this share of the largest are not independent."""
 
@@ -128,9 +126,10 @@ def commanded_acceleration(
         second: s'', 1/s^2; w grows with it along ``reference_slope``.
     """
     kp, kd = constraints.gains[0], constraints.gains[1]
+    position = q.shape[0] - constraints.references.shape[0]  # of the base, which is not in y_a
     value, slope, curvature = _basis(phase.value, constraints)
     curve = curvature * phase.rate**2 + slope * second + kd * (slope * phase.rate) + kp * value
-    return constraints.references @ curve - kd * v[POSITION_SIZE:] - kp * q[POSITION_SIZE:]
+    return constraints.references @ curve - kd * v[position:] - kp * q[position:]
 
 
 def reference_slope(phase: PhaseRates, constraints: VirtualConstraints) -> ca.SX:

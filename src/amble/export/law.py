@@ -12,6 +12,7 @@ from amble.control import AllocationLaw, ContactLimits, margins
 from amble.control.driven_loop import driven_motion
 from amble.control.landing import landing_motion
 from amble.control.linearisation import linearise
+from amble.control.outputs import controllable
 from amble.control.stance_functions import StanceMotion
 from amble.control.virtual_constraints import VirtualConstraints
 from amble.errors import InputError
@@ -93,7 +94,7 @@ def _driven(
 def _linearising(gait: Gait, law: AllocationLaw, following: Stance, stance: Stance) -> StanceLaw:
     robot, contacts = gait.robot, gait.pattern.contacts(following)
     outputs = len(gait.outputs.of(following.name).coordinates)
-    constraints = VirtualConstraints.symbols(outputs, robot.size - 3, REFERENCE_ORDER, gait.outputs.phase)
+    constraints = VirtualConstraints.symbols(outputs, len(controllable(robot)), REFERENCE_ORDER, gait.outputs.phase)
     symbols = [ca.SX.sym("t"), ca.SX.sym("x", 2 * robot.size), constraints.packed()]
     at = _LawPoint.of(gait, following, stance, symbols)
     t, x, _ = at.symbols

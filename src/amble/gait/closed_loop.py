@@ -176,11 +176,14 @@ def symmetries(gait: Gait, control: ControlLaw) -> tuple[Symmetry, ...]:
     size = 2 * gait.robot.size
     x = ca.SX.sym("x", size)
     found = []
+    axes = list(gait.robot.base.axes)
     for name, translation in gait.pattern.ground.translations.items():
+        if name not in gait.robot.base.coordinates:
+            continue
         direction = ca.DM.zeros(size)
-        direction[:3] = translation
+        direction[: len(axes)] = translation[axes]
         found.append(Symmetry(name, ca.Function(f"symmetry_{name}", [x], [ca.SX(direction)])))
-    if gait.pattern.ground.level:
+    if gait.pattern.ground.level and gait.robot.base.in_space:
         found.append(Symmetry("yaw", _turn(gait.robot, x)))
     return tuple(symmetry for symmetry in found if control.keeps(gait, symmetry))
 

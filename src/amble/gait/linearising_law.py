@@ -11,6 +11,7 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.control.closed_loop import StanceLoop, stance_loops
+from amble.control.outputs import controllable
 from amble.control.phase import DomainPhase
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.control_law import CONTROL_LAWS, ControlLaw, Numbers
@@ -109,7 +110,8 @@ def keeps_phase(gait: Gait, symmetry: Symmetry) -> bool:
 
 
 def _sees_orientation(gait: Gait) -> bool:
-    """Whether any output depends on roll, pitch or yaw, the first three coordinates of y_a."""
+    """Whether any output depends on roll, pitch or yaw, the first coordinates of y_a."""
+    angles = len(controllable(gait.robot)) - len(gait.robot.joints)
     if gait.feedback is not None:
-        return any(bool(np.any(weights[:, :3])) for weights in gait.feedback.weights.values())
+        return any(bool(np.any(weights[:, :angles])) for weights in gait.feedback.weights.values())
     return any(name in ("roll", "pitch", "yaw") for domain in gait.outputs.domains for name in domain.coordinates)

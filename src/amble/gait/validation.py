@@ -125,18 +125,20 @@ def _check_shapes(gait: Gait, number: int) -> None:
     """Fields of one domain against robot, stance and outputs; something must move, and a foot of a stance push."""
     robot, domain, stance = gait.robot, gait.domains[number], gait.pattern.solved[number]
     switch, nodes, outputs = gait.pattern.switches[number], len(domain.times), gait.outputs
+    contacts = gait.pattern.contacts(stance)
     wanted = {
         "coefficients": (len(outputs.of(domain.name).coordinates), outputs.order + 1),
         **dict.fromkeys(("positions", "velocities", "accelerations"), (nodes, robot.size)),
         "torques": (nodes, len(robot.joints)),
-        "forces": (nodes, 3 * len(stance.feet)),
-        "impulse": (3 * len(switch.target.feet) if switch.landing else 0,),
+        "forces": (nodes, contacts.size),
+        "impulse": (gait.pattern.contacts(switch.target).size if switch.landing else 0,),
     }
     for field, shape in wanted.items():
         _shaped(f"the {field} of domain '{domain.name}'", getattr(domain, field), shape)
     if not np.any(domain.velocities):
         raise InputError(f"nothing moves in the motion of domain '{domain.name}'")
-    if stance.feet and not np.any(domain.forces[:, 2::3] > 0.0):
+    normal = [contacts.normal_index(foot) for foot in stance.feet]
+    if normal and not np.any(domain.forces[:, normal] > 0.0):
         raise InputError(f"no foot pushes on the ground in the motion of domain '{domain.name}'")
 
 

@@ -1,7 +1,7 @@
 """Hybrid systems, and the legged ones built from stance tables: feet in contact with a ground."""
 
 from amble.hybrid.constrained_dynamics import ConstrainedDynamics, constrained_dynamics, impact, selection
-from amble.hybrid.contact import CONTACTS, POINT, QUANTITIES, Contact, PointContact
+from amble.hybrid.contact import CONTACTS, POINT, QUANTITIES, Contact, PlanarPointContact, PointContact
 from amble.hybrid.contacts import Contacts
 from amble.hybrid.footfalls import Footfall, stance_table
 from amble.hybrid.ground import FLAT, GROUNDS, Ground, HeightField, Plane
@@ -27,6 +27,7 @@ __all__ = [
     "HeightField",
     "HybridSystem",
     "Invariant",
+    "PlanarPointContact",
     "Plane",
     "PointContact",
     "Stance",

@@ -20,6 +20,7 @@ from amble.hybrid.ground import CASADI, Ground, components, into_frame
 from amble.io.registry import Registry
 from amble.numerics.linear_algebra import OrthogonalFactor, SymmetricFactor
 from amble.robot import Robot, kinematics
+from amble.robot.base import PLANE, Base
 from amble.types import NodeValues
 
 AXES = ("x", "y", "z")
@@ -111,7 +112,8 @@ class Contact(ABC):
 
     The force of a foot has ``size`` components: the force along the world's x, y and z, then moments about
     ``moment_axes``. The constraint rows are their duals: the velocity of the point, then its angular velocity about
-    these axes. "Local" components have the force along the ground's two tangents and its normal.
+    these axes. "Local" components have the force along the ground's two tangents and its normal. A contact in the
+    plane of x and z has no components along y.
     """
 
     @property
@@ -123,6 +125,21 @@ class Contact(ABC):
     def parameters(self) -> Mapping[str, Any]:
         """Parameters as plain JSON values; with the name they rebuild the contact."""
         return {}
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """World axes of the force: 0, 1, 2 for x, y, z."""
+        return (0, 1, 2)
+
+    def on(self, base: Base) -> Contact:
+        """Return what this is for a robot with a base: itself in space, its likeness in the plane.
+
+        Raises:
+            InputError: there is none.
+        """
+        if base.axes != self.axes:
+            raise InputError(f"contact '{self.name}' is none of a robot whose base moves in {base.name}")
+        return self
 
     @property
     def moments(self) -> tuple[str, ...]:
@@ -168,7 +185,7 @@ class Contact(ABC):
     @property
     def labels(self) -> tuple[str, ...]:
         """Labels of the components of the force, and of the constraint rows."""
-        return (*AXES, *self.moments)
+        return (*(AXES[axis] for axis in self.axes), *self.moments)
 
     @property
     def size(self) -> int:
@@ -177,16 +194,16 @@ class Contact(ABC):
 
     def component_units(self, along: str, about: str) -> list[str]:
         """Return a unit of every component: one of forces or points, one of moments or turns."""
-        return [along] * len(AXES) + [about] * len(self.moments)
+        return [along] * len(self.axes) + [about] * len(self.moments)
 
     @property
     def mirror_signs(self) -> tuple[float, ...]:
         """Signs of the components under the mirror y -> -y."""
-        return (*FORCE_SIGNS, *self.moment_signs)
+        return (*(FORCE_SIGNS[axis] for axis in self.axes), *self.moment_signs)
 
     def jacobian(self, robot: Robot, foot: str, ground: Ground, q: ca.SX) -> ca.SX:
         """Return J with J v = 0 for a foot that sticks, (size, n_q)."""
-        point = kinematics.foot_jacobian(robot, foot, q)
+        point = kinematics.foot_jacobian(robot, foot, q)[list(self.axes), :]
         if not self.moments:
             return point
         axes = self.moment_axes(ground.frame(kinematics.foot_position(robot, foot, q)))
@@ -194,25 +211,28 @@ class Contact(ABC):
 
     def bias(self, robot: Robot, foot: str, ground: Ground, q: ca.SX, v: ca.SX) -> ca.SX:
         """Return (dJ/dt) v, (size,)."""
-        point = kinematics.foot_bias(robot, foot, q, v)
+        point = kinematics.foot_bias(robot, foot, q, v)[list(self.axes)]
         if not self.moments:
             return point
-        turned = self.jacobian(robot, foot, ground, q)[len(AXES) :, :] @ v
+        turned = self.jacobian(robot, foot, ground, q)[len(self.axes) :, :] @ v
         return ca.vertcat(point, ca.jtimes(turned, q, v))
 
     def wrench(self, frame: Any) -> ca.SX:
         """Return the force and the moment about the foot that unit components make, world axes, (6, size)."""
-        return ca.diagcat(ca.SX.eye(len(AXES)), self.moment_axes(frame))
+        return ca.diagcat(ca.SX.eye(len(AXES))[:, list(self.axes)], self.moment_axes(frame))
 
     def local(self, force: Any, frame: Any) -> Any:
         """Turn components into local ones, casadi (size, n) or numpy (..., size)."""
+        axes, count = list(self.axes), len(self.axes)
         if isinstance(force, CASADI):
-            return ca.vertcat(into_frame(force[: len(AXES), :], frame), force[len(AXES) :, :])
-        return np.concatenate([into_frame(force[..., : len(AXES)], frame), force[..., len(AXES) :]], axis=-1)
+            turned = frame if count == len(AXES) else frame[axes, axes]
+            return ca.vertcat(into_frame(force[:count, :], turned), force[count:, :])
+        turned = frame if count == len(AXES) else np.asarray(frame)[..., axes, :][..., axes]
+        return np.concatenate([into_frame(force[..., :count], turned), force[..., count:]], axis=-1)
 
     def normal_force(self, local: Any) -> Any:
         """Return the force along the ground's normal, N."""
-        return components(local)[2]
+        return components(local)[len(self.axes) - 1]
 
     def friction_used(self, local: NodeValues) -> NodeValues:
         """Return tangential load over normal force, 1; infinite for a foot that does not push: no friction holds it."""
@@ -256,15 +276,60 @@ class PointContact(Contact):
         inner = friction / sqrt(2.0)
         return ca.vertcat(inner * normal - x, inner * normal + x, inner * normal - y, inner * normal + y)
 
+    def on(self, base: Base) -> Contact:
+        """Return itself, or the point in the plane."""
+        return self if base.in_space else PLANAR_POINT
+
     def internal_forces(self, points: Sequence[ca.SX], frames: Sequence[Any], count: int) -> ca.SX:
         """Closed forms for up to four feet, the kernel of the grasp map for more."""
         return point_forces(points) if len(points) <= 4 else super().internal_forces(points, frames, count)
 
 
+@dataclass(frozen=True)
+class PlanarPointContact(Contact):
+    """A point of a robot in the plane of x and z: two forces, in the cone |f_t| <= mu f_n."""
+
+    @property
+    def name(self) -> str:
+        """Name in files."""
+        return "planar point"
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """x and z."""
+        return PLANE.axes
+
+    def tangential(self, local: Any) -> Any:
+        """Return |f_t|."""
+        along = components(local)[0]
+        return (along**2) ** 0.5
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """Forwards and backwards."""
+        return ("+x", "-x")
+
+    def pyramid(self, local: Any, friction: Any) -> ca.SX:
+        """|f_t| <= mu f_n: the cone itself."""
+        along, normal = components(local)
+        return ca.vertcat(friction * normal - along, friction * normal + along)
+
+    def internal_forces(self, points: Sequence[ca.SX], frames: Sequence[Any], count: int) -> ca.SX:
+        """Opposite forces along the line between two feet; for more the kernel of the rows of x, z and pitch."""
+        if len(points) == 2:
+            line = (points[1] - points[0])[list(self.axes)]
+            return ca.vertcat(line, -line)
+        return OrthogonalFactor.of(grasp_map([self.wrench(frame) for frame in frames], points)[[0, 2, 4], :]).kernel
+
+
 POINT = PointContact()
 """What every foot is unless a pattern says otherwise."""
+
+PLANAR_POINT = PlanarPointContact()
+"""The same of a robot in the plane."""
 
 CONTACTS: Registry[Contact] = Registry("contact")
 """The contacts that files can hold."""
 
 CONTACTS.register("point", PointContact)
+CONTACTS.register("planar point", PlanarPointContact)

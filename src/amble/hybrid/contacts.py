@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from amble.hybrid.contact import AXES, POINT, Contact, grasp_map
+from amble.hybrid.contact import POINT, Contact, grasp_map
 from amble.hybrid.ground import FLAT, Ground
 from amble.robot import Robot, kinematics
 from amble.robot.mirror import SignedPermutation
@@ -28,7 +28,7 @@ class Contacts:
     Attributes:
         robot: the robot.
         feet: the feet, in the robot's foot order.
-        contact: what each of them is.
+        contact: what each of them is; of a robot in the plane its likeness there.
         ground: what they stand on.
     """
 
@@ -36,6 +36,10 @@ class Contacts:
     feet: tuple[str, ...]
     contact: Contact = POINT
     ground: Ground = FLAT
+
+    def __post_init__(self) -> None:
+        """Let the contact be that of the robot's base."""
+        object.__setattr__(self, "contact", self.contact.on(self.robot.base))
 
     @property
     def size(self) -> int:
@@ -54,7 +58,7 @@ class Contacts:
 
     def normal_index(self, foot: str) -> int:
         """Place of the component that is a foot's normal force on level ground."""
-        return self.slice(foot).start + AXES.index("z")
+        return self.slice(foot).start + len(self.contact.axes) - 1
 
     @property
     def every_foot(self) -> Contacts:

@@ -25,7 +25,7 @@ class GaitPattern:
             stances determine the gait.
         name: what the gait is called.
         ground: what the robot walks on.
-        contact: what each of its feet on the ground is.
+        contact: what each of its feet on the ground is; of a robot in the plane its likeness there.
         landing_rule: what happens where several feet land at one switch, one of ``landing.LANDING_RULES``.
     """
 
@@ -39,6 +39,9 @@ class GaitPattern:
 
     def __post_init__(self) -> None:
         """Check names, that every switch changes the stance and that the mirror holds where it is claimed."""
+        object.__setattr__(self, "contact", self.contact.on(self.robot.base))
+        if not (self.robot.base.in_space or self.ground.mirrored):
+            raise InputError(f"robot '{self.robot.name}' moves in the plane of x and z: its ground cannot rise sideways")
         check_name("gait", self.name)
         check_rule(self.landing_rule)
         check_distinct("stance", (stance.name for stance in self.visited))

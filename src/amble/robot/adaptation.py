@@ -24,6 +24,9 @@ DRIVES = ("rotor_inertia", "damping", "dry_friction")
 VIRTUAL = {6: ["prismatic"] * 3 + ["revolute"] * 3, 3: ["prismatic"] * 2 + ["revolute"]}
 """Kinds of the massless joints that some files have in place of a free base, in space and in a plane."""
 
+PLANAR_AXES = {"prismatic": (0, 2), "revolute": (1,)}
+"""Kind -> the base's axes along or about which they move it in the plane of x and z."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Adaptation:
@@ -44,6 +47,8 @@ class Adaptation:
         friction_width: rate over which dry friction changes its sign, rad/s; by default 0.05 sqrt(g / l), l the leg
             length.
         file_drives: whether rotor inertia, damping and friction that the file states are used.
+        planar: whether the base moves in the plane of x and z alone: at x, z and pitch. Two prismatic joints without
+            mass and one that turns, in place of a free base, say the same.
     """
 
     locked: Mapping[str, float] = field(default_factory=dict)
@@ -56,7 +61,11 @@ class Adaptation:
     dry_friction: Mapping[str, float] = field(default_factory=dict)
     friction_width: float | None = None
     file_drives: bool = True
+    planar: bool = False
 
+
+ROUNDING = 1e-9
+"""Of an axis along x, y or z."""
 
 BASE = "base"
 """What a payload's link may be called where that is the robot's base, whatever the file calls it."""
@@ -73,9 +82,10 @@ def adapted(file: FileRobot, change: Adaptation, path: Path) -> FileRobot:
         InputError: a joint cannot be held there, or a link cannot be the base.
     """
     file = _driven(_locked(file, change.locked, path), change, path)
-    base = change.base if change.base is not None else _carried_by_virtual(file, path)
+    base, planar = (change.base, False) if change.base is not None else _carried_by_virtual(file, path)
     if base is not None:
         file = _rooted(file, base, path)
+    file = replace(file, planar=planar or change.planar)
     if change.payload is not None:
         file = _loaded(file, change.payload, path)
     if any(change.base_rotation):
@@ -148,8 +158,11 @@ def _loaded(file: FileRobot, payload: Payload, path: Path) -> FileRobot:
     return replace(file, links=(*file.links, point), joints=(*file.joints, replace(on, translation=payload.position)))
 
 
-def _carried_by_virtual(file: FileRobot, path: Path) -> str | None:
-    """Return the link that a chain of joints without mass carries in place of a free base; None where none does."""
+def _carried_by_virtual(file: FileRobot, path: Path) -> tuple[str | None, bool]:
+    """Return the link that joints without mass carry in place of a free base, and whether it moves in a plane.
+
+    None where there is none.
+    """
     below: dict[str, list[FileJoint]] = {}
     for joint in file.joints:
         below.setdefault(joint.parent, []).append(joint)
@@ -157,21 +170,27 @@ def _carried_by_virtual(file: FileRobot, path: Path) -> str | None:
     carried = {joint.child for joint in file.joints}
     roots = [name for name in masses if name not in carried]
     if len(roots) != 1:
-        return None  # which is said when the tree is built
-    link, kinds = roots[0], list[str]()
+        return None, False  # which is said when the tree is built
+    link, kinds, rotation, in_plane = roots[0], list[str](), np.eye(3), True
     while masses.get(link, 1.0) <= 0.0 and len(below.get(link, ())) == 1:
         joint = below[link][0]
-        kinds += [] if joint.kind == "fixed" else ["revolute" if joint.kind in TURNING else joint.kind]
+        kind, rotation = "revolute" if joint.kind in TURNING else joint.kind, rotation @ joint.rotation
+        if kind != "fixed":
+            kinds.append(kind)
+            along = np.abs(rotation @ joint.axis)
+            in_plane &= int(np.argmax(along)) in PLANAR_AXES.get(kind, ()) and bool(along.max() > 1.0 - ROUNDING)
         link = joint.child
     found = sorted(kinds)
     if found == VIRTUAL[6]:
-        return link
+        return link, False
     if found == VIRTUAL[3]:
+        if in_plane:
+            return link, True
         raise InputError(
-            f"{path.name}: the base '{shown(link)}' moves in a plane (two prismatic joints and one that turns); amble "
-            f'walks in space: name it as the base to free it (base = "{shown(link)}" in [robot])'
+            f"{path.name}: two prismatic joints and one that turns move the base '{shown(link)}' in another plane than "
+            f'that of x and z: name it as the base to free it in space (base = "{shown(link)}" in [robot])'
         )
-    return None
+    return None, False
 
 
 def _rooted(file: FileRobot, base: str, path: Path) -> FileRobot:

@@ -54,6 +54,11 @@ class Base:
         return tuple(place for place in self.places if place < 3)
 
     @property
+    def horizontal(self) -> int:
+        """Coordinates of the horizontal position, the first ones."""
+        return len(self.axes) - 1
+
+    @property
     def in_space(self) -> bool:
         """Whether all six move."""
         return self.size == SPATIAL

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from amble.errors import InputError, UnknownNameError
-from amble.io.codec import TEXT, ByName, Codec, Count, ListOf, Record
+from amble.io.codec import TEXT, ByName, Codec, Count, ListOf, NameIn, Optional, Record
 from amble.io.quantities import Array, Interval, Number
+from amble.robot.base import BASES, SPACE
 from amble.robot.model import Robot
 from amble.robot.parts import DRIVE, Foot, Joint, Link, Payload
 from amble.types import Json

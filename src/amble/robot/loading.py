@@ -11,6 +11,7 @@ import numpy as np
 
 from amble.errors import InputError, UnknownNameError, listed, printable, shown
 from amble.robot.adaptation import AS_WRITTEN, Adaptation, adapted
+from amble.robot.base import PLANE, SPACE
 from amble.robot.drive import with_friction
 from amble.robot.inertia_check import check_inertias
 from amble.robot.model import Robot
@@ -49,8 +50,8 @@ def load_robot(
     No mesh file is opened, and what is not used is logged.
 
     Links that hang on fixed joints are merged into the moving link that carries them. The base is the root link;
-    a massless root may carry it through a fixed joint, and a floating joint, or six virtual ones without mass, mark
-    their child as the base. Rotor inertia, damping and dry friction that the file states are part of the robot.
+    a massless root may carry it through a fixed joint, and a floating joint, or six virtual ones without mass (in
+    the plane of x and z three), mark their child as the base. Rotor inertia, damping and dry friction that the file states are part of the robot.
 
     Args:
         path: the file.
@@ -107,6 +108,7 @@ def robot_from(
         unused=file.unused,
         locked_joints=dict(adaptation.locked),
         payload=adaptation.payload,
+        base=PLANE if file.planar else SPACE,
     )
     check_inertias(robot, path.name)
     rubbing = {own.name: own.dry_friction for own in joints if own.dry_friction}

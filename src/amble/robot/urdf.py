@@ -72,12 +72,16 @@ class FileJoint:
 
 @dataclass(frozen=True)
 class FileRobot:
-    """Name, links and joints in file order, and a sentence for everything of weight that is not read."""
+    """Name, links and joints in file order, and a sentence for everything of weight that is not read.
+
+    A planar robot is one whose virtual joints let its base move in the plane of x and z.
+    """
 
     name: str
     links: tuple[FileLink, ...]
     joints: tuple[FileJoint, ...]
     unused: tuple[str, ...] = ()
+    planar: bool = False
 
 
 def read_urdf(path: Path) -> FileRobot:

@@ -112,7 +112,7 @@ def feedback_on(gait: Gait, orbit: Trace) -> Feedback:
     Raises:
         InputError: the phase does not grow all along the motion.
     """
-    base, size = 3, gait.robot.size
+    base, size = len(gait.robot.base.axes), gait.robot.size
     references, weights, durations, numbers = {}, {}, {}, {}
     for index, stance in enumerate(gait.pattern.solved):
         name, here = stance.name, orbit.domain == index

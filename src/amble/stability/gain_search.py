@@ -222,6 +222,7 @@ def _sampled(
         passages_of(gait, system, found),
         found.state,
         loops,
-        natural_units(gait.robot, float(found.state[2])),
+        natural_units(gait.robot, float(found.state[gait.robot.coordinate_index("z")])),
         [np.asarray(turn).ravel() for turn in turns],
+        gait.robot.base.horizontal,
     )

@@ -122,6 +122,7 @@ def sample_orbit(
     loops: Mapping[str, StanceLoop],
     units: Vector,
     neutral: Sequence[Vector] = (),
+    horizontal: int = 2,
 ) -> Orbit:
     """Sample the orbit that starts at a fixed point.
 
@@ -132,11 +133,12 @@ def sample_orbit(
         loops: solved domain -> its compiled functions.
         units: how large a change of each state counts as one, (n_x,).
         neutral: directions at the start, beside horizontal position, in which every point is on the same orbit, (n_x,).
+        horizontal: how many of the first states are the horizontal position.
     """
     sampled = [_sampled(system, passage, np.asarray(start, dtype=np.float64), loops) for system, passage in passages]
     events = tuple(tuple(domain.event for domain in domains) for domains in sampled)
     last = np.hstack([order[-1] / units[:, None] for order in events])
-    image = _image(last, [direction / units for direction in neutral])
+    image = _image(last, [direction / units for direction in neutral], horizontal)
     return Orbit(
         domains=tuple(sampled[0]),
         start=np.asarray(start),
@@ -203,13 +205,13 @@ def _lift_off(domain: Domain, transition: Transition, clock: float, state: Vecto
     return LiftOff(state=state, reset=reset_x, jump=jump, guard=transition.guard, push=push)
 
 
-def _image(event: Matrix, neutral: Sequence[Vector]) -> Matrix:
+def _image(event: Matrix, neutral: Sequence[Vector], horizontal: int) -> Matrix:
     """Orthonormal basis of the image of an event, horizontal position and neutral directions left out."""
     kept = event.copy()
-    kept[:2] = 0.0
+    kept[:horizontal] = 0.0
     left, sizes, _ = np.linalg.svd(kept)
     basis: Matrix = left[:, sizes > 1e-9 * sizes[0]]
     for direction in neutral:
-        along = basis.T @ np.where(np.arange(direction.size) < 2, 0.0, direction)
+        along = basis.T @ np.where(np.arange(direction.size) < horizontal, 0.0, direction)
         basis = basis @ np.linalg.svd(along[:, None])[0][:, 1:]
     return basis

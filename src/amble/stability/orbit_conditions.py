@@ -102,7 +102,8 @@ def _speed_rows(gait: Gait, trace: Trace) -> list[Residual]:
     """The mean velocity along x; where the gait does not go straight ahead, that along y and the turn too."""
     margin, took = RECORD * velocity_unit(gait.robot), float(trace.time[-1] - trace.time[0])
     *way, turn = gait.command.way(took)
-    walked = (trace.section[-1, :2] - trace.section[0, :2]) / took
+    over = gait.robot.base.spatial(trace.section[:, : gait.robot.size])[:, :2]
+    walked = (over[-1] - over[0]) / took
     what = ("speed walked against the speed claimed", "speed walked sideways against the speed claimed")
     rows = [
         Residual(name, claim / took - margin, float(value), claim / took + margin)

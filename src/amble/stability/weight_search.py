@@ -266,7 +266,9 @@ def passages_of(gait: Gait, system: HybridSystem, found: FixedPoint) -> tuple[tu
 
 
 def _sampled(gait: Gait, passages: Sequence[tuple[HybridSystem, Monodromy]], found: FixedPoint) -> Orbit:
-    return sample_orbit(passages, found.state, _loops(gait), natural_units(gait.robot, float(found.state[2])))
+    height, base = float(found.state[gait.robot.coordinate_index("z")]), gait.robot.base
+    units = natural_units(gait.robot, height)
+    return sample_orbit(passages, found.state, _loops(gait), units, horizontal=base.horizontal)
 
 
 def _loops(gait: Gait) -> dict[str, StanceLoop]:

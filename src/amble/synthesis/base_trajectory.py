@@ -1,7 +1,7 @@
 """How the base must move so that the contact forces can carry it: a small linear-quadratic problem around a level walk.
 
 A robot on two feet cannot stand still: gravity turns it about the line between them. Which trajectory of the base
-brings it back in time follows from the six rows of the dynamics that no actuator enters. Linear in small motions s of
+brings it back in time follows from the rows of the dynamics that no actuator enters. Linear in small motions s of
 the base, every foot held on its path by the legs, they make a quadratic program with equalities only, solved by one
 sparse factorisation.
 """
@@ -20,13 +20,11 @@ from numpy.typing import NDArray
 from amble.hybrid import Contacts, GaitPattern
 from amble.io.quantities import units
 from amble.numerics.runge_kutta import HERMITE_SIMPSON
-from amble.robot import Robot, dynamics
+from amble.robot import Robot, dynamics, kinematics
 from amble.robot.natural_units import RobotUnits
 from amble.types import Matrix, NodeValues, Vector, frozen
 
 Index = NDArray[np.int64]
-
-BASE = 6
 
 SWAY = frozen([0.05, 0.05, 0.02, 0.1, 0.05, 0.1])
 """A motion of the base that is not small any more, in units of the robot and rad; the inverse squares weigh the
@@ -61,7 +59,7 @@ class LevelWalk:
 
 @dataclass(frozen=True)
 class _Places:
-    """Where a domain's unknowns stand: s, its two rates, (n, 6) each, and the forces in robot weights, (n, n_f)."""
+    """Where a domain's unknowns stand: s, its two rates, (n, n_b) each, and the forces in robot weights, (n, n_f)."""
 
     s: Index
     ds: Index
@@ -72,7 +70,7 @@ class _Places:
 def base_trajectory(
     pattern: GaitPattern, walks: Sequence[LevelWalk], turn: float = 0.0
 ) -> tuple[list[NodeValues], list[NodeValues]]:
-    """Return for every domain the motion of the base to add, (n, 6), and the contact forces, (n, n_f), N.
+    """Return for every domain the motion of the base to add, (n, n_b), and the contact forces, (n, n_f), N.
 
     Args:
         pattern: the gait pattern.
@@ -97,7 +95,7 @@ def base_trajectory(
 
 @dataclass(frozen=True, kw_only=True)
 class _BaseUnits:
-    """Sizes of the base's coordinates, of two rates of them, (6,) each, and of a length, m, for a robot."""
+    """Sizes of the base's coordinates, of two rates of them, (n_b,) each, and of a length, m, for a robot."""
 
     s: Vector
     ds: Vector
@@ -106,7 +104,7 @@ class _BaseUnits:
 
     @classmethod
     def of(cls, robot: Robot) -> _BaseUnits:
-        sizes, names = RobotUnits.of(robot), robot.coordinate_names[:BASE]
+        sizes, names = RobotUnits.of(robot), robot.base.coordinates
         s, ds, dds = (np.array([sizes.size(unit) for unit in units(names, per)]) for per in ("", "/s", "/s^2"))
         return cls(s=s, ds=ds, dds=dds, length=sizes.length)
 
@@ -116,14 +114,17 @@ def _unknowns(walks: Sequence[LevelWalk], base: _BaseUnits) -> tuple[list[_Place
     places, sizes, weights, wanted, offset = [], [], [], [], 0
     for walk in walks:
         nodes, contacts = walk.q.shape[0], walk.contacts
-        width = 3 * BASE + contacts.size
+        axes, own = list(contacts.contact.axes), list(contacts.robot.base.places)
+        count = len(own)
+        width = 3 * count + contacts.size
         index = offset + np.arange(nodes * width).reshape(nodes, width)
-        places.append(_Places(*np.split(index, [BASE, 2 * BASE, 3 * BASE], axis=1)))
+        places.append(_Places(*np.split(index, [count, 2 * count, 3 * count], axis=1)))
         moments, feet = len(contacts.contact.moments), len(contacts.feet)
-        spread = [SWAY, np.full(BASE, FREE**-0.5), SWAY_ACCELERATION, np.tile([*FORCE, *[MOMENT] * moments], feet)]
+        held = np.tile([*FORCE[axes], *[MOMENT] * moments], feet)
+        spread = [SWAY[own], np.full(count, FREE**-0.5), SWAY_ACCELERATION[own], held]
         weights.append(np.tile(np.concatenate(spread) ** -2.0, nodes))
-        wanted.append(np.tile(np.concatenate([np.zeros(3 * BASE), _share(contacts)]), nodes))
-        units_of_force = np.tile([1.0, 1.0, 1.0, *[base.length] * moments], feet)
+        wanted.append(np.tile(np.concatenate([np.zeros(3 * count), _share(contacts)]), nodes))
+        units_of_force = np.tile([*np.ones(len(axes)), *[base.length] * moments], feet)
         sizes.append(np.tile(np.concatenate([base.s, base.ds, base.dds, units_of_force]), nodes))
         offset += index.size
     return places, np.concatenate(sizes), np.concatenate(weights), np.concatenate(wanted)
@@ -131,8 +132,9 @@ def _unknowns(walks: Sequence[LevelWalk], base: _BaseUnits) -> tuple[list[_Place
 
 def _share(contacts: Contacts) -> Vector:
     """Vertical forces of equal size that carry the robot, in its weight."""
-    count = len(contacts.feet)
-    return np.tile([0.0, 0.0, 1.0 / max(count, 1), *np.zeros(len(contacts.contact.moments))], count)
+    count, share = len(contacts.feet), np.zeros(contacts.contact.size)
+    share[len(contacts.contact.axes) - 1] = 1.0 / max(count, 1)
+    return np.tile(share, count)
 
 
 Rows = tuple[Matrix, Index, Vector, Vector]
@@ -142,25 +144,26 @@ Rows = tuple[Matrix, Index, Vector, Vector]
 def _dynamics(walk: LevelWalk, at: _Places, base: _BaseUnits) -> Rows:
     """The base rows of D a + h = J^T lambda, in robot weights, linear around the level walk."""
     robot, nodes, share = walk.contacts.robot, walk.q.shape[0], _share(walk.contacts)
+    n = robot.base.size
     # shorthand
     q, v, a = (ca.SX.sym(letter, robot.size) for letter in "qva")
     lam, weight = ca.SX.sym("lambda", share.size), robot.mass * robot.gravity
-    r = dynamics.inverse_dynamics(robot, q, v, a)[:BASE] / weight - walk.contacts.jacobian(q)[:, :BASE].T @ lam
+    r = dynamics.inverse_dynamics(robot, q, v, a)[:n] / weight - walk.contacts.jacobian(q)[:, :n].T @ lam
 
-    J = Contacts(robot, robot.foot_names).jacobian(q)  # of the points alone
+    J = ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in robot.foot_names])
     parts = [r, ca.jacobian(r, q), ca.jacobian(r, a), ca.jacobian(r, lam), J]
     function = ca.Function("balance", [q, v, a, lam], [ca.densify(part) for part in parts]).map(nodes)
     values = function(walk.q.T, walk.v.T, walk.a.T, np.tile(share[:, None], nodes))
     rest, by_q, by_a, by_force, feet_by_q = (_by_node(value, nodes) for value in values)
-    legs, moved = feet_by_q[:, :, BASE:], feet_by_q[:, :, :BASE]
+    legs, moved = feet_by_q[:, :, n:], feet_by_q[:, :, :n]
     normal = legs.transpose(0, 2, 1) @ legs + (DAMPING * base.length) ** 2 * np.eye(legs.shape[2])
     follow = -np.linalg.solve(normal, legs.transpose(0, 2, 1) @ moved)
-    S = np.concatenate([np.tile(np.eye(BASE), (nodes, 1, 1)), follow], axis=1)
+    S = np.concatenate([np.tile(np.eye(n), (nodes, 1, 1)), follow], axis=1)
     coefficients = np.concatenate([by_q @ S, by_a @ S, by_force], axis=2)
     terms = np.hstack([at.s, at.dds, at.force])
     return (
-        coefficients.reshape(nodes * BASE, -1),
-        np.repeat(terms, BASE, axis=0),
+        coefficients.reshape(nodes * n, -1),
+        np.repeat(terms, n, axis=0),
         (by_force @ share - rest[:, :, 0]).ravel(),
         np.tile(base.length / base.s, nodes),  # forces in weights, moments in weights times a length
     )
@@ -192,22 +195,23 @@ def _collocation(walk: LevelWalk, at: _Places, base: _BaseUnits) -> Rows:
 
 def _continuity(pattern: GaitPattern, places: Sequence[_Places], turn: float, base: _BaseUnits) -> Rows:
     """The base trajectory goes on from domain to domain, and returns, mirrored where the gait is, turned with it."""
-    signs = pattern.robot.mirror.coordinates.sign[:BASE] if pattern.mirrored else np.ones(BASE)
-    links = [(before, after, np.ones(BASE)) for before, after in pairwise(places)] + [(places[-1], places[0], signs)]
-    coefficients = [np.column_stack([np.ones(BASE), -sign]) for _, _, sign in links for _ in range(2)]
+    n = pattern.robot.base.size
+    signs = pattern.robot.mirror.coordinates.sign[:n] if pattern.mirrored else np.ones(n)
+    links = [(before, after, np.ones(n)) for before, after in pairwise(places)] + [(places[-1], places[0], signs)]
+    coefficients = [np.column_stack([np.ones(n), -sign]) for _, _, sign in links for _ in range(2)]
     terms = [
         np.column_stack([end, start])
         for before, after, _ in links
         for end, start in ((before.s[-1], after.s[0]), (before.ds[-1], after.ds[0]))
     ]
-    if turn:  # end = c start - s across along the first axis of positions and of angles, s start + c across along y
+    if turn:  # which only a base in space does; end = c start - s across along the first axis of positions and of angles, s start + c across along y
         last, first = places[-1], places[0]
         across = np.array([1, 0, 2, 4, 3, 5])
-        cosine = np.where(np.isin(np.arange(BASE), (2, 5)), 1.0, np.cos(turn))
+        cosine = np.where(np.isin(np.arange(n), (2, 5)), 1.0, np.cos(turn))
         sine = np.array([-1.0, 1.0, 0.0, -1.0, 1.0, 0.0]) * np.sin(turn)
-        turned = np.column_stack([np.ones(BASE), -cosine, -sine])
+        turned = np.column_stack([np.ones(n), -cosine, -sine])
         ends = ((last.s[-1], first.s[0]), (last.ds[-1], first.ds[0]))
-        coefficients = [np.column_stack([block, np.zeros(BASE)]) for block in coefficients[:-2]] + [turned, turned]
+        coefficients = [np.column_stack([block, np.zeros(n)]) for block in coefficients[:-2]] + [turned, turned]
         terms = [np.column_stack([block, block[:, 0]]) for block in terms[:-2]]
         terms += [np.column_stack([end, start, start[across]]) for end, start in ends]
     sizes = np.tile(np.concatenate([base.s, base.ds]), len(links))

@@ -79,16 +79,14 @@ def _scaled(robot: Robot, posture: Posture, acceleration: float) -> GaitBounds:
     def within(lower: float, upper: float, size: float) -> Interval:
         return (lower * size, upper * size)
 
+    base = {"z": within(0.6, 1.4, z), "roll": (-0.1, 0.1), "pitch": (-0.1, 0.1), "yaw": (-0.3, 0.3)}
     return GaitBounds(
         duration=within(0.05, 0.75, time),
         torque=float("inf"),
         speed=float("inf"),
         acceleration=acceleration * g / length,
         positions={
-            "z": within(0.6, 1.4, z),
-            "roll": (-0.1, 0.1),
-            "pitch": (-0.1, 0.1),
-            "yaw": (-0.3, 0.3),
+            **{name: bounds for name, bounds in base.items() if name in robot.base.coordinates},
             **{joint.name: (joint.lower, joint.upper) for joint in robot.joints},
             **bent_ranges(robot, posture.angles, OFF_STRAIGHT),
         },

@@ -18,7 +18,6 @@ from amble.gait import Gait
 from amble.gait.recorded import RecordedDomain, RecordedMotion
 from amble.hybrid import Contacts, impact
 from amble.robot import dynamics
-from amble.synthesis.base_trajectory import BASE
 from amble.synthesis.initial_guess import phase_curves
 from amble.synthesis.landing_rows import fill_landings
 from amble.synthesis.layout import DomainLayout
@@ -147,7 +146,7 @@ def _resampled(samples: RecordedDomain, times: Vector) -> tuple[NodeValues, Node
 
 def _shortest(contacts: Contacts, q: NodeValues, v: NodeValues, a: NodeValues) -> tuple[NodeValues, NodeValues]:
     """Torques and contact forces of accelerations: forces that carry the base, the shortest torques."""
-    robot = contacts.robot
+    robot, n = contacts.robot, contacts.robot.base.size
     symbols = [ca.SX.sym(letter, robot.size) for letter in "qva"]
     N, W = contacts.torque_null_space(symbols[0])
     parts = [dynamics.inverse_dynamics(robot, *symbols), contacts.jacobian(symbols[0]), N, W]
@@ -155,8 +154,8 @@ def _shortest(contacts: Contacts, q: NodeValues, v: NodeValues, a: NodeValues) -
     torques, forces = np.zeros((len(q), len(robot.joints))), np.zeros((len(q), contacts.size))
     for row, state in enumerate(zip(q, v, a, strict=True)):
         load, J, N_row, W_row = (np.asarray(part) for part in function(*state))
-        force = np.linalg.lstsq(J[:, :BASE].T, load[:BASE, 0], rcond=None)[0] if contacts.feet else np.zeros(0)
-        torque = load[BASE:, 0] - J[:, BASE:].T @ force
+        force = np.linalg.lstsq(J[:, :n].T, load[:n, 0], rcond=None)[0] if contacts.feet else np.zeros(0)
+        torque = load[n:, 0] - J[:, n:].T @ force
         if N_row.shape[1]:
             s = -np.linalg.lstsq(N_row, torque, rcond=None)[0]
             torque, force = torque + N_row @ s, force + W_row @ s

@@ -1,4 +1,4 @@
-"""Where the solver starts: a walk that kinematics and the six rows of the base can draw.
+"""Where the solver starts: a walk that kinematics and the rows of the base can draw.
 
 The base advances evenly at the wanted speed and sways as gravity and the contacts make it (``base_motion``); the feet
 follow their footholds; inverse kinematics gives the joints; one curve of the outputs' order a coordinate gives values
@@ -17,8 +17,9 @@ from amble.gait.command import Command
 from amble.hybrid import Contacts, GaitPattern
 from amble.numerics.bezier import evaluate, fit
 from amble.robot import Robot, dynamics, kinematics
+from amble.robot.base import SPATIAL
 from amble.robot.natural_units import RobotUnits
-from amble.synthesis.base_trajectory import BASE, LevelWalk, base_trajectory
+from amble.synthesis.base_trajectory import LevelWalk, base_trajectory
 from amble.synthesis.landing_rows import fill_landings
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.node_block import domain_phase, output_indices
@@ -131,12 +132,12 @@ def initial_guess(problem: GaitProblem, layout: Layout) -> Vector:
     walks = []
     for domain, base, path in zip(layout.domains, bases, paths, strict=True):
         T = durations[domain.stance.name]
-        _, q, v, a = _smooth(problem, domain, T, inverse_kinematics(robot, base, pose[BASE:], path))
+        _, q, v, a = _smooth(problem, domain, T, inverse_kinematics(robot, base, pose[robot.base.size :], path))
         walks.append(LevelWalk(problem.pattern.contacts(domain.stance), T, q, v, a))
     turn = float(problem.command.way(sum(walk.duration for walk in walks))[2])
     shifts, forces = base_trajectory(problem.pattern, walks, turn)
     for domain, walk, base, path, shift, force in zip(layout.domains, walks, bases, paths, shifts, forces, strict=True):
-        motion = inverse_kinematics(robot, base + shift, pose[BASE:], path)
+        motion = inverse_kinematics(robot, base + shift, pose[robot.base.size :], path)
         _fill(problem, domain, guess, walk.duration, motion, force)
     guess[layout.period] = sum(walk.duration for walk in walks)
     fill_landings(problem, layout, guess)
@@ -149,16 +150,17 @@ def _level(
     """Base coordinates that advance evenly and the paths of the feet, domain by domain."""
     pattern, began = problem.pattern, 0.0
     walk = Walk(problem.command, SWING_FACTOR * problem.limits.clearance)
+    standing = pattern.robot.base.spatial(pose)[:SPATIAL]
     bases, paths = [], []
     for domain in layout.domains:
         T = durations[domain.stance.name]
         times = began + T * domain.phases
-        base = np.tile(pose[:BASE], (times.size, 1))
-        base[:, :2] = walk.carried(pose[:2], times)
+        base = np.tile(standing, (times.size, 1))
+        base[:, :2] = walk.carried(standing[:2], times)
         base[:, 5] += walk.headings(times)
         base[:, 2] += pattern.ground.height(base[:, 0], base[:, 1])
         feet = zip(pattern.robot.foot_names, homes, strict=True)
-        bases.append(base)
+        bases.append(base[:, list(pattern.robot.base.places)])
         paths.append(np.hstack([foot_path(pattern, durations, foot, home, walk, times) for foot, home in feet]))
         began += T
     return bases, paths
@@ -192,14 +194,15 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
 
     Args:
         robot: the robot.
-        base: base coordinates, (n, 6).
+        base: base coordinates, (n, n_b).
         joints: angles to start from, (n_joints,).
         feet: wanted positions in the robot's foot order, (n, 3 n_feet), m.
     """
     nodes = base.shape[0]
     q = ca.SX.sym("q", robot.size)
     positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names])
-    jacobian = ca.densify(Contacts(robot, robot.foot_names).jacobian(q))[:, 6:]
+    jacobian = ca.densify(ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in robot.foot_names]))
+    jacobian = jacobian[:, robot.base.size :]
     function = ca.Function("feet", [q], [positions, jacobian]).map(nodes)
     motion = np.hstack([base, np.tile(joints, (nodes, 1))])
     damping = DAMPING * RobotUnits.of(robot).length
@@ -208,7 +211,7 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
         J = slopes.reshape((-1, nodes, joints.size)).transpose(1, 0, 2)
         normal = J.transpose(0, 2, 1) @ J + damping**2 * np.eye(joints.size)
         step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ (feet - where.T)[:, :, None])
-        motion[:, 6:] += step[:, :, 0]
+        motion[:, robot.base.size :] += step[:, :, 0]
     return motion
 
 
@@ -252,6 +255,6 @@ def _torques(contacts: Contacts, domain: DomainLayout, guess: Vector) -> NodeVal
     symbols = [ca.SX.sym(letter, robot.size) for letter in "qva"]
     lam = ca.SX.sym("lambda", contacts.size)
     load = dynamics.inverse_dynamics(robot, *symbols) - contacts.jacobian(symbols[0]).T @ lam
-    function = ca.Function("torques", [*symbols, lam], [load[BASE:]]).map(domain.nodes)
+    function = ca.Function("torques", [*symbols, lam], [load[robot.base.size :]]).map(domain.nodes)
     known = (domain.q, domain.v, domain.a, domain.force)
     return np.asarray(function(*(guess[part].T for part in known))).T

@@ -243,9 +243,11 @@ def variable_bounds(problem: GaitProblem, layout: Layout) -> Bounds:
         if number == 0:
             # Ground that is the same everywhere along an axis leaves the place open; a mirror fixes the lateral one.
             along = problem.pattern.ground.translations
-            pinned = [0] if problem.pattern.mirrored or "y" not in along else [0, 1]
-            if problem.command.in_place and not problem.pattern.mirrored and problem.pattern.ground.level:
-                pinned.append(problem.pattern.robot.coordinate_index("yaw"))  # no way tells the heading
+            robot = problem.pattern.robot
+            sideways = not problem.pattern.mirrored and "y" in along and robot.base.in_space
+            pinned = [0, 1] if sideways else [0]
+            if problem.command.in_place and sideways and problem.pattern.ground.level:
+                pinned.append(robot.coordinate_index("yaw"))  # no way tells the heading
             lower[domain.q[0][pinned]] = upper[domain.q[0][pinned]] = 0.0
     durations = [problem.limits.durations[domain.stance.name] for domain in layout.domains]
     lower[layout.period], upper[layout.period] = sum(d[0] for d in durations), sum(d[1] for d in durations)

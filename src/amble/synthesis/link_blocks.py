@@ -166,9 +166,11 @@ def _continuity_rows(problem: GaitProblem, symbols: _SwitchSymbols) -> RowGroup:
     robot, ground = problem.pattern.robot, problem.pattern.ground
     rows = symbols.q_next - symbols.q_minus
     if symbols.way is not None:
+        axes = list(robot.base.axes)
         for part, axis in zip(symbols.way[:2], "xy", strict=True):
-            if axis in ground.translations:
-                rows[:3] += ca.vertcat(*[share * part for share in ground.translations[axis]])
+            if axis in ground.translations and axis in robot.base.coordinates:
+                along = ground.translations[axis][axes]
+                rows[: len(axes)] += ca.vertcat(*[share * part for share in along])
         if not problem.command.straight:
             rows[3:6] = turn_error(symbols.q_plus, symbols.q_minus, symbols.way[2])
     names = robot.coordinate_names
@@ -193,13 +195,14 @@ def _touchdown_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbol
     robot, ground, limits = problem.pattern.robot, problem.pattern.ground, problem.limits.touchdown_velocity
     rows: list[ca.SX] = []
     labels: list[Label] = []
+    axes = robot.base.axes
     for foot in switch.landing:
         point = kinematics.foot_position(robot, foot, symbols.q_minus)
         velocity = kinematics.foot_jacobian(robot, foot, symbols.q_minus) @ symbols.v_minus
-        rows += [ground.gap(point), into_frame(velocity, ground.frame(point))]
-        axes = (f"touchdown velocity {foot} {axis}" for axis in AXES)
-        labels += RowKind.TOUCHDOWN.labels([f"touchdown height {foot}"], "m") + RowKind.TOUCHDOWN.labels(axes, "m/s")
-    lower, upper = ([0.0, *(interval[end] for interval in limits)] * len(switch.landing) for end in (0, 1))
+        rows += [ground.gap(point), into_frame(velocity, ground.frame(point))[list(axes)]]
+        names = (f"touchdown velocity {foot} {AXES[axis]}" for axis in axes)
+        labels += RowKind.TOUCHDOWN.labels([f"touchdown height {foot}"], "m") + RowKind.TOUCHDOWN.labels(names, "m/s")
+    lower, upper = ([0.0, *(limits[axis][end] for axis in axes)] * len(switch.landing) for end in (0, 1))
     return RowGroup(rows=rows, labels=labels, lower=lower, upper=upper)
 
 

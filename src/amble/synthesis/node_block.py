@@ -168,7 +168,8 @@ def _tilted_rows(contacts: Contacts, q: ca.SX, local: list[ca.SX]) -> tuple[list
     if contacts.ground.level:
         return [], []
     forces = [contacts.contact.normal_force(f) for f in local]
-    base = q[2] - contacts.ground.height(q[0], q[1])
+    x, y, z = ca.vertsplit(contacts.robot.base.spatial(q)[:3])
+    base = z - contacts.ground.height(x, y)
     labels = RowKind.NORMAL_FORCE.labels((f"normal force {foot}" for foot in contacts.feet), "N")
     return [*forces, base], labels + RowKind.BASE_HEIGHT.labels(["base above the ground"], "m")
 

@@ -96,6 +96,8 @@ class GaitProblem:
 
 def _possible(command: Command, pattern: GaitPattern) -> None:
     """Refuse commands that the pattern or its ground cannot have."""
+    if not (command.ahead or pattern.robot.base.in_space):
+        raise InputError(f"robot '{pattern.robot.name}' moves in a plane: it has no lateral speed and no yaw rate")
     if pattern.mirrored and not command.ahead:
         raise InputError(
             f"gait '{pattern.name}' is mirrored, so it goes straight ahead: a lateral speed or a yaw rate needs a "

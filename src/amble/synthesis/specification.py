@@ -102,6 +102,7 @@ class RobotSection(Section):
     dry_friction: Torque | None = None
     dry_frictions: dict[str, Torque] = {}
     friction_width: AngularSpeed | None = None
+    planar: bool = False
 
 
 class FootfallSection(Section):

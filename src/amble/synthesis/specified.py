@@ -122,6 +122,7 @@ def _adaptation(section: RobotSection) -> Adaptation:
         dry_friction=by_joint(section.dry_friction, section.dry_frictions),
         friction_width=section.friction_width,
         file_drives=section.file_drives,
+        planar=section.planar,
     )
 
 

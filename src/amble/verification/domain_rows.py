@@ -198,7 +198,7 @@ def _dynamics(domain: SampledDomain, tolerance: float) -> list[Residual]:
 
     balance = np.einsum("pij,pj->pi", at.mass[nodes], a) + at.bias[nodes]
     balance -= np.einsum("pji,pj->pi", at.jacobian[nodes], lam)
-    balance[:, 6:] -= u
+    balance[:, domain.gait.robot.base.size :] -= u
     names = [f"{domain.name} dynamics {name}" for name in domain.gait.robot.coordinate_names]
     least = sizes(domain.gait.robot)
     forces = of_contacts(domain.contacts, least.force, least.torque)

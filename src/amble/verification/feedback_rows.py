@@ -29,13 +29,14 @@ def feedback_residuals(gait: Gait, tolerance: float) -> list[Residual]:
         found += residuals("feedback", landed, np.array([*guards.values()]).T, NO_TIME, tolerance, scale)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
-    forward = 1 if gait.pattern.mirrored else 2  # a mirrored start keeps its lateral place, others may drift sideways
+    # a mirrored start keeps its lateral place, others may drift sideways
+    axes, forward = list(gait.robot.base.axes), 1 if gait.pattern.mirrored or not gait.robot.base.in_space else 2
     names = gait.robot.coordinate_names
     rows = [f"feedback returns {name}" for name in names] + [f"feedback returns rate of {name}" for name in names]
     least, missed = sizes(gait.robot), state - start
     for place, along in enumerate(gait.pattern.ground.translations.values()):
         if place < forward:
-            missed[:3] -= missed[place] * along
+            missed[: len(axes)] -= missed[place] * along[axes]
     missed /= np.concatenate([least.positions, size_of(start[size:], least.rates)])
     kept = [place for place in range(2 * size) if place >= forward]
     return found + residuals("feedback", [rows[place] for place in kept], missed[None, kept], NO_TIME, tolerance)

@@ -81,7 +81,8 @@ def _positions(domain: SampledDomain, slack: float) -> list[Residual]:
         place = robot.coordinate_index(name)
         values = domain.positions[:, place]
         if name == "z":
-            values = values - ground.height(domain.positions[:, 0], domain.positions[:, 1])
+            x, y = robot.base.spatial(domain.positions)[:, :2].T
+            values = values - ground.height(x, y)
         kept = slack * float(sizes(robot).positions[place])
         found.append(limit("position", f"{domain.name} position {name}", values, domain.times, bounds, kept))
     return found
@@ -94,7 +95,7 @@ def _rates(domain: SampledDomain, slack: float) -> list[Residual]:
     most = limits.accelerations(robot)
     found = []
     for kind, names, values, largest in (
-        ("speed", joints, domain.velocities[:, 6:], limits.speeds),
+        ("speed", joints, domain.velocities[:, robot.base.size :], limits.speeds),
         ("torque limit", joints, domain.motion.torques, limits.torques),
         ("acceleration limit", robot.coordinate_names, domain.motion.accelerations, most),
     ):

@@ -60,7 +60,7 @@ class Desired:
 
 @dataclass(frozen=True, kw_only=True)
 class OutputDynamics:
-    """y'' + K_d y' + K_p y = 0 with y = H (y_a - y_d), y_a = (roll, pitch, yaw, joints).
+    """y'' + K_d y' + K_p y = 0 with y = H (y_a - y_d), y_a = (roll, pitch, yaw, joints), in the plane (pitch, joints).
 
     Attributes:
         weights: H, (n_y, n_a).
@@ -77,6 +77,11 @@ class OutputDynamics:
     gains: tuple[float, float]
     domain: DomainPhase
     phase_numbers: Vector
+
+    @property
+    def _base(self) -> int:
+        """Coordinates of the base's position, which are not in y_a."""
+        return len(self.domain.robot.base.axes)
 
     def desired(self, times: Vector, q: Matrix, v: Matrix) -> Desired:
         """Return the desired motion at many states, by the chain rule along z = (t / T, q)."""
@@ -112,15 +117,15 @@ class OutputDynamics:
     def errors(self, times: Vector, q: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
         """Return y and y', (points, n_y) each."""
         desired = self.desired(times, q, v)
-        return (q[:, 3:] - desired.value) @ self.weights.T, (v[:, 3:] - desired.rate) @ self.weights.T
+        return (q[:, self._base :] - desired.value) @ self.weights.T, (v[:, self._base :] - desired.rate) @ self.weights.T
 
     def rows(self, times: Vector, q: Matrix, v: Matrix) -> tuple[Stack, Matrix]:
         """Return Y and c of the output dynamics Y a = c, (points, n_y, n_q) and (points, n_y)."""
         kp, kd = self.gains
         desired = self.desired(times, q, v)
         seen = -desired.response
-        seen[:, :, 3:] += np.eye(len(self.references))
-        commanded = desired.known - kd * (v[:, 3:] - desired.rate) - kp * (q[:, 3:] - desired.value)
+        seen[:, :, self._base :] += np.eye(len(self.references))
+        commanded = desired.known - kd * (v[:, self._base :] - desired.rate) - kp * (q[:, self._base :] - desired.value)
         return np.einsum("ya,pan->pyn", self.weights, seen), commanded @ self.weights.T
 
     def residuals(self, times: Vector, q: Matrix, v: Matrix, a: Matrix) -> Matrix:

@@ -14,7 +14,6 @@ from functools import lru_cache
 import numpy as np
 
 from amble.hybrid import Contacts
-from amble.hybrid.contact import AXES
 from amble.residual import HEADER, Residual, listing, worst_first, worst_of_kinds
 from amble.robot import Robot
 from amble.robot.natural_units import natural_units
@@ -160,7 +159,7 @@ def sizes(robot: Robot) -> Sizes:
 
 def of_contacts(contacts: Contacts, linear: float, angular: float) -> Vector:
     """Return the sizes of stacked components of contacts, (n_f,): those along axes, and of moments or turns."""
-    each = [linear] * len(AXES) + [angular] * len(contacts.contact.moments)
+    each = [linear] * len(contacts.contact.axes) + [angular] * len(contacts.contact.moments)
     return np.tile(each, len(contacts.feet))
 
 

@@ -53,14 +53,14 @@ class Terms:
     def force_basis(self) -> Stack:
         """Contact forces with zero net force and moment on the base, orthonormal, (points, n_f, k)."""
         count = self.contacts.internal_force_count
-        grasp = np.swapaxes(self.jacobian[:, :, :6], 1, 2)  # base rows of J^T
+        grasp = np.swapaxes(self.jacobian[:, :, : self.contacts.robot.base.size], 1, 2)  # base rows of J^T
         right = np.linalg.svd(grasp, full_matrices=True)[2]
         return np.swapaxes(right[:, right.shape[1] - count :, :], 1, 2)
 
     @cached_property
     def torque_basis(self) -> Stack:
         """Torques that cause no acceleration, -(leg rows of J^T) W, (points, n_joints, k)."""
-        return -np.swapaxes(self.jacobian[:, :, 6:], 1, 2) @ self.force_basis
+        return -np.swapaxes(self.jacobian[:, :, self.contacts.robot.base.size :], 1, 2) @ self.force_basis
 
     def foot(self, name: str) -> slice:
         """Columns of a foot in ``positions`` and ``rates``."""
@@ -101,7 +101,10 @@ def terms(contacts: Contacts, q: Matrix, v: Matrix) -> Terms:
     mass, bias, jacobian, contact_bias, positions = (np.asarray(value) for value in values)
     rows = contacts.columns
     stacked = jacobian.reshape(all_feet.size, points, size).transpose(1, 0, 2)
-    translation = [all_feet.slice(foot).start + axis for foot in all_feet.feet for axis in range(len(AXES))]
+    axes, count = list(all_feet.contact.axes), len(all_feet.feet)
+    translation = [all_feet.slice(foot).start + row for foot in all_feet.feet for row in range(len(axes))]
+    rates = np.zeros((points, count, len(AXES)))
+    rates[:, :, axes] = np.einsum("pij,pj->pi", stacked[:, translation], v).reshape(points, count, len(axes))
     return Terms(
         contacts=contacts,
         velocities=v,
@@ -110,7 +113,7 @@ def terms(contacts: Contacts, q: Matrix, v: Matrix) -> Terms:
         jacobian=stacked[:, rows],
         contact_bias=contact_bias.T[:, rows],
         positions=positions.T,
-        rates=np.einsum("pij,pj->pi", stacked[:, translation], v),
+        rates=rates.reshape(points, -1),
     )
 
 
@@ -203,7 +206,7 @@ def _through_law(at: Terms, motion: Motion, law: AllocationLaw, method: str) -> 
         at.torque_basis.transpose(1, 0, 2).reshape(joints, points * k),
         motion.forces.T,
         at.force_basis.transpose(1, 0, 2).reshape(contacts.size, points * k),
-        at.velocities[:, 6:].T,
+        at.velocities[:, robot.base.size :].T,
         np.hstack([at.positions[:, at.foot(foot)] for foot in contacts.feet]).T,
     )
     return np.asarray(values).T.reshape(points, -1)

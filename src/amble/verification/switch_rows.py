@@ -72,7 +72,7 @@ def _lift_off(gait: Gait, domain: SampledDomain, following: SampledDomain, last:
         acceleration = at.jacobian[0] @ following.trajectory.accelerations[0] + at.contact_bias[0]
         along = alone.contact.local(acceleration, alone.ground.frame(at.positions[0, at.foot(twin)]))
         name = f"{domain.switch.name} acceleration upwards just after lift-off {foot}"
-        rise = np.array([along[2] / gait.robot.gravity])
+        rise = np.array([alone.contact.normal_force(along) / gait.robot.gravity])
         found.append(limit("lift-off", name, rise, NO_TIME, (0.0, np.inf), 0.0))
     return found
 
@@ -195,6 +195,7 @@ def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) 
     """The solved domains end where they began, further along the ground: over x by speed times duration."""
     duration, least = sum(part.duration for part in gait.domains), sizes(gait.robot)
     rows = [f"{domain.switch.name} periodicity {name}" for name in gait.robot.coordinate_names[1:]]
+    axes = list(gait.robot.base.axes)
     if not gait.command.ahead:
         x, y, angle = gait.command.way(duration)
         away = start[None] - np.array([*start[:3], *np.zeros(start.size - 3)])
@@ -207,7 +208,7 @@ def _period(gait: Gait, domain: SampledDomain, start: Vector, tolerance: float) 
         return residuals("periodicity", names, missed[None], NO_TIME, tolerance, least.positions)
     advance = domain.positions[-1] - start
     distance = advance[0]
-    advance[:3] -= distance * gait.pattern.ground.translations["x"]
+    advance[: len(axes)] -= distance * gait.pattern.ground.translations["x"][axes]
     speed = np.array([distance / duration - gait.speed])
     return [
         *residuals("periodicity", rows, advance[None, 1:], NO_TIME, tolerance, least.positions[1:]),

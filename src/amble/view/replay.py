@@ -138,7 +138,10 @@ def replay_of_samples(samples: Samples, label: str, cycles: int, meshes: tuple[M
     standing = np.array([[foot in stance.feet for foot in robot.foot_names] for stance in stances])
     links = _link_poses(robot, positions)
     feet = _feet(shown, positions)
-    forces = _between(shown.forces, rows, weights).reshape(len(times), len(robot.feet), -1)[:, :, :3]
+    axes = list(pattern.contact.axes)
+    forces = np.zeros((len(times), len(robot.feet), 3))
+    recorded = _between(shown.forces, rows, weights).reshape(len(times), len(robot.feet), -1)
+    forces[:, :, axes] = recorded[:, :, : len(axes)]  # without moments
     return Replay(
         label=label,
         robot=robot,
@@ -154,7 +157,7 @@ def replay_of_samples(samples: Samples, label: str, cycles: int, meshes: tuple[M
         domains=shown.stances[rows],
         domain_names=tuple(stance.name for stance in stances),
         footholds=_footholds(shown, standing),
-        ground=_grid(pattern.ground, positions[:, :2], robot.leg_length),
+        ground=_grid(pattern.ground, robot.base.spatial(positions)[:, :2], robot.leg_length),
         friction=pattern.ground.friction,
         meshes=meshes,
     )
@@ -178,10 +181,11 @@ def _between(values: NodeValues, rows: IntegerVector, weights: Vector) -> NodeVa
 def _link_poses(robot: Robot, positions: NodeValues) -> NodeValues:
     """Origins and quaternions of all links; a quaternion keeps the sign that is closer to the frame before."""
     q = ca.SX.sym("q", robot.size)
-    base = kinematics.base_rotation(q)
-    relative = kinematics.link_poses(robot, q)
+    s = robot.base.spatial(q)
+    base = kinematics.base_rotation(s)
+    relative = kinematics.link_poses(robot, s)
     turns = ca.horzcat(*[ca.densify(base @ rotation) for rotation, _ in relative])
-    origins = ca.horzcat(*[ca.densify(q[:3] + base @ origin) for _, origin in relative])
+    origins = ca.horzcat(*[ca.densify(s[:3] + base @ origin) for _, origin in relative])
     function = ca.Function("poses", [q], [ca.vec(turns), ca.vec(origins)])
     found = function.map(len(positions))(positions.T)
     count = len(robot.links)

@@ -154,6 +154,7 @@ def _adaptation(section: RobotSection) -> list[str]:
         f"base_rotation = {_value(section.base_rotation)}  # of x forward, z up in the base link, rad",
         f"foot_offsets = {_table(section.foot_offsets)}  # foot = its point in the frame that it names, m",
         f"foot_radius = {section.foot_radius!r}  # m, of round feet",
+        f"planar = {_value(section.planar)}  # whether the base moves in the plane of x and z alone",
         f"file_drives = {_value(section.file_drives)}  # whether the file's rotors, damping and dry friction are used",
         *(
             f"{key} = {_table(getattr(section, key))}  # joint = {unit}"

@@ -12,6 +12,7 @@ from amble.control.allocation.law import LawWithBreakpoints, Redundancy, effort_
 from amble.control.allocation.line import Interval, above, band, common, inside_cone, lowest_peak
 from amble.errors import InputError
 from amble.hybrid import Contacts
+from amble.hybrid.contact import AXES
 from amble.numerics.interior_point import QuadraticProgram, minimise
 
 LEVEL = 1e-6
@@ -128,12 +129,14 @@ class BoundedMinimumNorm(LawWithBreakpoints):
     def on_line(self, redundancy: Redundancy) -> ca.SX:
         """Clip to normal forces, then friction, then torques; exact where they meet (eq. 16).
 
-        Where contacts hold moments, whose cones are not round, the program takes the place of the closed form.
+        Where contacts hold moments, or lie in a plane, the cones are not round and the program takes the place of the
+        closed form.
 
         Raises:
             InputError: where a joint has no effort limit.
         """
-        if redundancy.contacts.contact.moments:
+        foot = redundancy.contacts.contact
+        if foot.moments or len(foot.axes) < len(AXES):
             return self.in_space(redundancy)
         u, n = redundancy.torques, redundancy.torque_basis
         s = -ca.dot(n, u) / ca.dot(n, n)

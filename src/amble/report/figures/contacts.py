@@ -60,7 +60,8 @@ def contact_forces(samples: Samples, figure: Figure | None = None) -> Figure:
         figure: an empty one to draw into, of any size; a new one by default.
     """
     local = samples.local_forces(samples.forces)
-    normal, tangential = local[:, :, 2], np.hypot(local[:, :, 0], local[:, :, 1])
+    contact = samples.pattern.contact
+    normal, tangential = contact.normal_force(local), contact.tangential(local)
     allowed = samples.pattern.ground.friction * normal
     time = samples.times - samples.times[0]
     feet = samples.robot.foot_names

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,7 @@ from amble.report.figures.style import (
     require_matplotlib,
     with_gaps,
 )
+from amble.robot import Robot
 from amble.types import IntegerVector
 
 if TYPE_CHECKING:
@@ -76,12 +78,20 @@ def base_portraits(optimised: Samples, simulated: Samples, figure: Figure | None
     """
     with paper_style():
         figure, axes = panels(2, 2, COLUMN, 3.2, figure=figure)
-        for each, name in zip(axes, COORDINATES, strict=True):
+        for each, name in _drawn(axes, optimised.robot):
             draw_portrait(each, name, optimised, simulated)
             each.locator_params(axis="x", nbins=3)
             each.xaxis.set_major_formatter(plain_number)
         legend_above(figure, axes[0], 3)
     return figure
+
+
+def _drawn(axes: Sequence[Axes], robot: Robot) -> list[tuple[Axes, str]]:
+    """Where each of the coordinates that a robot has is drawn; the other axes are switched off."""
+    names = [name for name in COORDINATES if name in robot.base.coordinates]
+    for empty in axes[len(names) :]:
+        empty.set_axis_off()
+    return list(zip(axes, names, strict=False))
 
 
 def joint_portraits(optimised: Samples, simulated: Samples, figure: Figure | None = None) -> Figure:
@@ -125,12 +135,13 @@ def cycle_portraits(simulated: Samples, shown: int = 24, figure: Figure | None =
         figure, axes = panels(2, 2, COLUMN, 3.4, figure=figure)
         scale = LogNorm(1.0, max(2.0, float(chosen[-1] - chosen[0] + 1)))
         colours = colormaps["cividis"].reversed()
+        places = _drawn(axes, simulated.robot)
         for cycle in chosen:
             part = simulated.only(int(cycle), int(cycle) + 1)
-            for here, name in zip(axes, COORDINATES, strict=True):
+            for here, name in places:
                 line = with_gaps(part.segments, *part.coordinate(name))
                 here.plot(*line, color=colours(scale(cycle - chosen[0] + 1)), linewidth=0.7)
-        for here, name in zip(axes, COORDINATES, strict=True):
+        for here, name in places:
             value, rate = simulated.coordinate(name)
             here.plot(value[:1], rate[:1], "o", color=RED, markersize=3.5, zorder=1000)
             horizontal, vertical = axis_labels(name)
