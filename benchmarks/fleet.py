@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from amble.analysis import monitors
-from amble.errors import AmbleError, InputError
+from amble.errors import AmbleError
 from amble.gait import Gait
 from amble.io.storage import atomic_write
 from amble.robot import Robot, load_robot, symmetrized
@@ -39,14 +39,9 @@ from benchmarks.robot_files import FILES
 ASYMMETRIC = ("hyq",)
 """Robots whose files differ by more than is averaged unasked; they ask for symmetrize."""
 
-ABSENT = {
-    "planar biped": "a base in the plane cannot be posed: amble walks in space",
-}
-"""Rows that are refused before anything is solved, each with its reason; they count as not solved."""
-
 FOUR = ("trot", "amble", "pace", "bound", "walk", "crawl", "running trot")
 PRONKING = ("go2", "solo12")
-OTHERS = {"bolt": ("walk", "run"), "hexapod": ("tripod",)}
+OTHERS = {"bolt": ("walk", "run"), "hexapod": ("tripod",), "planar biped": ("walk", "run")}
 QUICK, QUICK_ROBOTS = ("trot", "amble"), ("go2", "a1", "solo12", "anymal_b", "anymal_c", "hyq")
 SPEEDS = (0.1, 0.2)
 """Shares of sqrt(g l), l the leg length."""
@@ -110,8 +105,10 @@ def robot(name: str) -> Robot:
 
         model = hexapod()
         return replace(model, twins=tuple(proposed_twins(model.foot_names)))
-    if name in ABSENT:
-        raise InputError(ABSENT[name])
+    if name == "planar biped":
+        from tests.robots import PLANAR, robot
+
+        return robot(PLANAR)
     file = FILES[name]
     found = load_robot(file.place(), file.feet, name=name)
     return symmetrized(found) if name in ASYMMETRIC else found
@@ -122,7 +119,7 @@ def rows(quick: bool = False) -> list[Row]:
     if quick:
         names: dict[str, tuple[str, ...]] = dict.fromkeys(QUICK_ROBOTS, QUICK)
     else:
-        names = {name: FOUR for name in ("astro", *FILES, *ABSENT)} | OTHERS
+        names = {name: FOUR for name in ("astro", *FILES)} | OTHERS
         names |= {name: (*FOUR, "pronk") for name in PRONKING}
     return [
         Row(robot=name, gait=gait, share=share) for name, gaits in names.items() for gait in gaits for share in SPEEDS

@@ -15,19 +15,24 @@ from tests import robots
 class Oracle:
     """The same URDF file read by Pinocchio; the base is the composite joint x, y, z, roll, pitch, yaw.
 
+    The planar biped's own file has the joints of its base.
+
     Pinocchio sorts joints its own way, so every vector and matrix is permuted to the robot's own order.
     """
 
     def __init__(self, robot: Robot, path: str) -> None:
-        base = pin.JointModelComposite()
-        for joint in ("PX", "PY", "PZ", "RX", "RY", "RZ"):
-            base.addJoint(getattr(pin, f"JointModel{joint}")())
         self.robot = robot
-        self.model = pin.buildModelFromUrdf(path, base)
+        if robot.base.in_space:
+            base = pin.JointModelComposite()
+            for joint in ("PX", "PY", "PZ", "RX", "RY", "RZ"):
+                base.addJoint(getattr(pin, f"JointModel{joint}")())
+            self.model = pin.buildModelFromUrdf(path, base)
+        else:
+            self.model = pin.buildModelFromUrdf(path)
         self.model.gravity.linear = np.array([0.0, 0.0, -robot.gravity])
         self.data = self.model.createData()
         moving = [self.model.joints[self.model.getJointId(name)].idx_v for name in robot.joint_names]
-        self.order = np.array([*range(6), *moving])
+        self.order = np.array([*range(robot.base.size), *moving])
         self.frames = [self.model.getFrameId(foot.frame, pin.FrameType.BODY) for foot in robot.feet]
 
     def theirs(self, values: Vector) -> Vector:

@@ -19,6 +19,7 @@ EXACTLY_SYMMETRIC = CATALOGUE
 
 
 _FILES = {name: FILES[name] for name in ("solo12", "go2", "anymal_b")}
+PLANAR = "planar_biped"
 NAMES = (*CATALOGUE, *_FILES)
 
 # Symmetric to 1.5e-4 (Solo12), 8.5e-4 (Go2) and 6.6e-3 (ANYmal B) of their inertias, measured by the mirror itself.
@@ -31,13 +32,18 @@ def _parameter(name: str) -> object:
 
 
 ROBOTS = [_parameter(name) for name in NAMES]
-"""Parameters for ``pytest.mark.parametrize("name", ROBOTS)``."""
+"""Parameters for ``pytest.mark.parametrize("name", ROBOTS)``: quadrupeds in space."""
+
+EVERY_BASE = [*ROBOTS, PLANAR]
+"""The same and a biped in the plane."""
 
 
 def path(name: str) -> Path:
     """The URDF file of a robot."""
     if name in CATALOGUE:
         return Path(str(resources.files("amble.robot.catalogue") / f"{name}.urdf"))
+    if name == PLANAR:
+        return Path(__file__).parent / "data" / "planar-biped.urdf"
     if _FILES[name].absent:
         pytest.skip(_FILES[name].absent)
     return _FILES[name].place()
@@ -45,9 +51,11 @@ def path(name: str) -> Path:
 
 @lru_cache(maxsize=16)
 def robot(name: str) -> Robot:
-    """A robot by its name in ``NAMES``."""
+    """A robot by its name in ``NAMES``, or the planar biped."""
     if name in CATALOGUE:
         return catalogue.load(name)
+    if name == PLANAR:
+        return load_robot(path(name), {"l": "l_foot", "r": "r_foot"}, twins=[("l", "r")], name=name)
     return load_robot(path(name), _FILES[name].feet, name=name, symmetry_tolerance=SYMMETRY_TOLERANCE)
 
 
@@ -55,7 +63,7 @@ def random_states(of: Robot, count: int, seed: int = 0) -> tuple[Matrix, Matrix]
     """Coordinates and velocities, (count, n_q) each: angles over a full turn, but pitch at most 1.2 rad."""
     generator = np.random.default_rng(seed)
     q = generator.uniform(-np.pi, np.pi, (count, of.size))
-    q[:, 4] *= 1.2 / np.pi
+    q[:, of.coordinate_index("pitch")] *= 1.2 / np.pi
     return q, generator.normal(0.0, 2.0, (count, of.size))
 
 

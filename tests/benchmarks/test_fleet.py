@@ -10,7 +10,7 @@ import pytest
 from amble.hybrid import FLAT, POINT
 from amble.hybrid.gaits import GAITS
 from amble.version import __version__
-from benchmarks import fleet
+from benchmarks import fleet, robot_files
 from benchmarks.fleet import Row, resumed, rows, table
 from benchmarks.robot_files import FILES
 
@@ -23,7 +23,7 @@ def test_rows_are_fixed_and_different() -> None:
     assert {row.gait for row in found if row.robot == "go2"} == {*fleet.FOUR, "pronk"}
     assert {row.gait for row in found if row.robot == "hyq"} == {*fleet.FOUR}
     assert {row.gait for row in found if row.robot == "hexapod"} == {"tripod"}
-    assert {row.robot for row in found} == {"astro", "hexapod", *FILES, *fleet.ABSENT}
+    assert {row.robot for row in found} == {"astro", "hexapod", "planar biped", *FILES}
 
 
 def test_an_interrupted_run_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,11 +52,14 @@ def test_an_interrupted_run_goes_on_where_it_ended(tmp_path: Path, monkeypatch: 
     assert computed == ["trot", "amble"]  # rows of another release are computed again
 
 
-def test_a_row_that_is_refused_beforehand_says_why() -> None:
-    for name, reason in fleet.ABSENT.items():
-        found = fleet.computed(Row(robot=name, gait="trot", share=0.1))
-        assert not found.solved
-        assert found.status == reason
+def test_a_row_whose_wheel_is_missing_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(FILES, "vision60", replace(FILES["vision60"], wheel="no-such-wheel"))
+    monkeypatch.setitem(robot_files.HOME, "no-such-wheel", "")
+    fleet.robot.cache_clear()
+    found = fleet.computed(Row(robot="vision60", gait="trot", share=0.1))
+    fleet.robot.cache_clear()
+    assert not found.solved
+    assert found.status == "the wheel no-such-wheel is not installed"
 
 
 def test_every_robot_of_a_file_loads() -> None:

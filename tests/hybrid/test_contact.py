@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.hybrid.contact import point_forces
+from amble.hybrid.internal_forces import point_forces
 from amble.types import Matrix, Vector
 
 FREE = {0: 0, 1: 0, 2: 1, 3: 3, 4: 6}

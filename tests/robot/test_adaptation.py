@@ -176,7 +176,7 @@ def test_six_virtual_joints_are_a_free_base(tmp_path: Path) -> None:
 
 def test_a_virtual_base_in_the_plane_can_be_freed(tmp_path: Path) -> None:
     file = write(tmp_path, virtual("prismatic", "prismatic", "revolute"))
-    with pytest.raises(InputError, match=r"moves in a plane .*base = \"trunk\" in \[robot\]"):
+    with pytest.raises(InputError, match=r"another plane than that of x and z: .*base = \"trunk\" in \[robot\]"):
         load_robot(file, FEET)
     assert adapted(file, base="trunk").hash == load_robot(write(tmp_path / ".."), FEET).hash
 
@@ -232,7 +232,7 @@ def test_links_between_two_joints_need_no_mass_or_inertia(abad: str, tmp_path: P
     assert abad or walker.links[1].mass == 0.0
 
 
-def test_a_robot_of_a_plane_is_refused_as_one(tmp_path: Path) -> None:
+def test_flat_bodies_are_refused_in_space_with_the_remedy(tmp_path: Path) -> None:
     flat = urdf().replace('ixx="0.04"', 'ixx="0"').replace('izz="0.11"', 'izz="0"')
     for moments in ('ixx="0.0003"', 'ixx="0.00208"', 'ixx="0.000505"', 'izz="0.0003"', 'izz="0.00016"', 'izz="1e-05"'):
         flat = flat.replace(moments, f'{moments[:3]}="0"')
@@ -240,7 +240,7 @@ def test_a_robot_of_a_plane_is_refused_as_one(tmp_path: Path) -> None:
         flat = flat.replace(f" {place} ", " 0 ").replace(f" -{place} ", " 0 ").replace(f" {place}0", " 0")
     file = tmp_path / "flat.urdf"
     file.write_text(flat)
-    with pytest.raises(InputError, match="makes a robot of a plane; amble walks in space"):
+    with pytest.raises(InputError, match="makes a robot of the plane: planar = true in"):
         load_robot(file, FEET)
 
 

@@ -12,13 +12,13 @@ from amble.robot.kinematics import aligned_joint_frames
 from amble.robot.rotation import constant
 from tests.oracle import oracle
 from tests.robot.sampling import relative_error, sampled, theirs
-from tests.robots import ROBOTS, random_states, robot
+from tests.robots import EVERY_BASE, random_states, robot
 
 STATES = 1000
 TOLERANCE = 1e-10  # the promise; roundings of short chains, measured about 1e-15
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY_BASE)
 def test_positions_equal_pinocchio(name: str) -> None:
     model = robot(name)
     q, _ = random_states(model, STATES)
@@ -27,7 +27,7 @@ def test_positions_equal_pinocchio(name: str) -> None:
     assert relative_error(ours, expected) < TOLERANCE
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY_BASE)
 def test_jacobians_equal_pinocchio(name: str) -> None:
     model = robot(name)
     q, _ = random_states(model, STATES, seed=1)
@@ -35,7 +35,7 @@ def test_jacobians_equal_pinocchio(name: str) -> None:
     assert relative_error(ours, theirs(oracle(name).jacobian, q)) < TOLERANCE
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY_BASE)
 def test_jacobian_biases_equal_pinocchio(name: str) -> None:
     model = robot(name)
     q, v = random_states(model, STATES, seed=2)
@@ -45,7 +45,7 @@ def test_jacobian_biases_equal_pinocchio(name: str) -> None:
     assert relative_error(ours, theirs(oracle(name).jacobian_bias, q, v)) < TOLERANCE
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY_BASE)
 def test_jacobian_and_bias_are_derivatives_of_the_position(name: str) -> None:
     model = robot(name)
     q, v = random_states(model, 20, seed=3)
@@ -103,7 +103,7 @@ def feet_from_links(model: Robot, q: ca.SX) -> ca.SX:
     return ca.vertcat(*positions)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY_BASE)
 def test_arms_are_normal_to_axes_and_feet_stay(name: str) -> None:
     model = robot(name)
     moved = aligned_joint_frames(model)

@@ -1,7 +1,7 @@
 """The motion of a stance whose outputs obey given dynamics: linear equations in accelerations and contact forces.
 
-Nothing inverts the mass matrix. Feet at rest and outputs that obey leave few accelerations open; six rows of the
-dynamics in which no actuator appears, and the rows that make the torques the shortest, then give those and the contact
+Nothing inverts the mass matrix. Feet at rest and outputs that obey leave few accelerations open; the base's rows of the
+dynamics, in which no actuator appears, and the rows that make the torques the shortest, then give those and the contact
 forces; the torques follow from the joints' rows. The allocation law acts afterwards, on the free directions.
 """
 
@@ -24,8 +24,8 @@ SMALLEST_PIVOT = 1e-6
 class MotionEquations:
     """J a = contact, S a - w in the kernel of H, and P (D a - J^T lambda) = load.
 
-    S picks y_a = (roll, pitch, yaw, joints), in the plane (pitch, joints), of the coordinates; P = [I 0; 0 N^T] picks the base's rows and sums the
-    joints' rows over every torque N that causes no acceleration.
+    S picks y_a = (roll, pitch, yaw, joints), in the plane (pitch, joints), of the coordinates; P = [I 0; 0 N^T] picks
+    the base's rows and sums the joints' rows over every torque N that causes no acceleration.
 
     Attributes:
         mass: D, (n_q, n_q).

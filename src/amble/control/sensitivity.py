@@ -66,7 +66,9 @@ def sensitivity(
     change = closure.second(acceleration, second)
     acceleration += closure.acceleration @ change
     response += closure.acceleration @ closure.second(response)
-    return Sensitivity(acceleration, response, acceleration[equations.position :, :] - commanded - closure.slope @ change)
+    return Sensitivity(
+        acceleration, response, acceleration[equations.position :, :] - commanded - closure.slope @ change
+    )
 
 
 def _commanded(linearised: Linearised, q: ca.SX, v: ca.SX, constraints: VirtualConstraints) -> tuple[ca.SX, ca.SX]:

@@ -1,14 +1,10 @@
-"""Contact: what a foot on the ground is; it neither slips nor sinks, its forces lie in a cone (paper, section 2).
-
-Contact forces that move nothing are the null space of the grasp map (docs/theory/allocation.md, eq. 4).
-"""
+"""Contact: what a foot on the ground is; it neither slips nor sinks, its forces lie in a cone (paper, section 2)."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from math import sqrt
 from typing import Any
 
@@ -17,8 +13,8 @@ import numpy as np
 
 from amble.errors import InputError
 from amble.hybrid.ground import CASADI, Ground, components, into_frame
+from amble.hybrid.internal_forces import kernel_of_grasp, point_forces
 from amble.io.registry import Registry
-from amble.numerics.linear_algebra import OrthogonalFactor, SymmetricFactor
 from amble.robot import Robot, kinematics
 from amble.robot.base import PLANE, Base
 from amble.types import NodeValues
@@ -37,74 +33,6 @@ QUANTITIES: Mapping[str, str] = {"normal force": "N", "friction": "1", "height":
 - drift: distance of a stance foot from where its stance phase began.
 - slip: speed of a stance foot.
 """
-
-
-def point_forces(feet: Sequence[ca.SX]) -> ca.SX:
-    """Return W (3 n_c, k) for up to four point feet: k = 0, 0, 1, 3, 6.
-
-    Two and three feet: internal forces [e; -e] along the lines between the feet. Four feet: those of the first
-    three, and for each axis a unit force at the fourth foot with the smallest forces of the first three that balance
-    it; the six along lines alone would lose one direction where four feet lie on a plane. The feet must not coincide,
-    and three of them must not lie on a line.
-
-    Args:
-        feet: positions of the feet in the world frame, (3,) each, m.
-    """
-    columns = [_line_force(feet, a, b) for a, b in combinations(range(min(len(feet), 3)), 2)]
-    if len(feet) == 4:
-        columns.append(_balance(feet))
-    return ca.horzcat(*columns) if columns else ca.SX(3 * len(feet), 0)
-
-
-def grasp_map(wrenches: Sequence[ca.SX], feet: Sequence[ca.SX]) -> ca.SX:
-    """Return the net force and the net moment about the first foot of all components, (6, n).
-
-    Args:
-        wrenches: force and moment at each foot of its components, world axes, (6, size) each.
-        feet: positions of the feet, (3,) each, m.
-    """
-    columns = []
-    for wrench, foot in zip(wrenches, feet, strict=True):
-        force = ca.SX(wrench[:3, :])
-        columns.append(ca.vertcat(force, wrench[3:, :] + ca.skew(foot - feet[0]) @ force))
-    return ca.horzcat(*columns) if columns else ca.SX(6, 0)
-
-
-def kernel_of_grasp(wrenches: Sequence[ca.SX], feet: Sequence[ca.SX], count: int) -> ca.SX:
-    """Return an orthonormal basis of the kernel of the grasp map, (n, count), by its orthogonal factor.
-
-    Raises:
-        InputError: the rank of the grasp map is below six, where the factor has no use.
-    """
-    grasp = grasp_map(wrenches, feet)
-    if grasp.shape[1] - count != grasp.shape[0]:
-        raise InputError(
-            f"{len(feet)} feet of this contact resist {grasp.shape[1] - count} of six directions of force and moment, "
-            "for which their contact must give its own basis of internal forces"
-        )
-    return OrthogonalFactor.of(grasp).kernel
-
-
-def _line_force(feet: Sequence[ca.SX], a: int, b: int) -> ca.SX:
-    """Opposite forces of feet a and b along the line between them, proportional to its length."""
-    column = ca.SX.zeros(3 * len(feet))
-    line = feet[b] - feet[a]
-    column[3 * a : 3 * a + 3] = line
-    column[3 * b : 3 * b + 3] = -line
-    return column
-
-
-def _balance(feet: Sequence[ca.SX]) -> ca.SX:
-    """Unit forces at the fourth foot, balanced by the first three: (12, 3)."""
-    three = ca.horzcat(*[_grasp(foot - feet[3]) for foot in feet[:3]])
-    fourth = _grasp(ca.SX.zeros(3))
-    answer = -three.T @ SymmetricFactor.of(three @ three.T).solve(fourth)
-    return ca.vertcat(answer, ca.SX.eye(3))
-
-
-def _grasp(arm: ca.SX) -> ca.SX:
-    """Force and moment about the reference of a force at the end of the arm: (6, 3)."""
-    return ca.vertcat(ca.SX.eye(3), ca.skew(arm))
 
 
 class Contact(ABC):
@@ -296,7 +224,7 @@ class PlanarPointContact(Contact):
 
     @property
     def axes(self) -> tuple[int, ...]:
-        """x and z."""
+        """X and z."""
         return PLANE.axes
 
     def tangential(self, local: Any) -> Any:
@@ -319,7 +247,7 @@ class PlanarPointContact(Contact):
         if len(points) == 2:
             line = (points[1] - points[0])[list(self.axes)]
             return ca.vertcat(line, -line)
-        return OrthogonalFactor.of(grasp_map([self.wrench(frame) for frame in frames], points)[[0, 2, 4], :]).kernel
+        return kernel_of_grasp([self.wrench(frame) for frame in frames], points, count, PLANE.places)
 
 
 POINT = PointContact()

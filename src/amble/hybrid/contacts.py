@@ -9,8 +9,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from amble.hybrid.contact import POINT, Contact, grasp_map
+from amble.hybrid.contact import POINT, Contact
 from amble.hybrid.ground import FLAT, Ground
+from amble.hybrid.internal_forces import grasp_map
 from amble.robot import Robot, kinematics
 from amble.robot.mirror import SignedPermutation
 from amble.types import frozen

@@ -41,7 +41,9 @@ class GaitPattern:
         """Check names, that every switch changes the stance and that the mirror holds where it is claimed."""
         object.__setattr__(self, "contact", self.contact.on(self.robot.base))
         if not (self.robot.base.in_space or self.ground.mirrored):
-            raise InputError(f"robot '{self.robot.name}' moves in the plane of x and z: its ground cannot rise sideways")
+            raise InputError(
+                f"robot '{self.robot.name}' moves in the plane of x and z: its ground cannot rise sideways"
+            )
         check_name("gait", self.name)
         check_rule(self.landing_rule)
         check_distinct("stance", (stance.name for stance in self.visited))

@@ -36,8 +36,8 @@ def _singular(weak: list[Link], robot: Robot, file: str) -> str:
     if len(weak) == len(robot.links) and flat:
         return (
             f"{file}: no link has three positive moments of inertia (link '{first.name}': {_smallest(first)}), which "
-            "makes a robot of the plane: planar = true in [robot], or Adaptation(planar=True); in space every link needs "
-            "all its moments"
+            "makes a robot of the plane: planar = true in [robot], or Adaptation(planar=True); in space every link "
+            "needs all its moments"
         )
     fixed = "; is this a fixed-base robot?" if first is robot.links[0] else ""
     if not first.mass > 0.0:

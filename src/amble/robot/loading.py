@@ -49,9 +49,10 @@ def load_robot(
 
     No mesh file is opened, and what is not used is logged.
 
-    Links that hang on fixed joints are merged into the moving link that carries them. The base is the root link;
-    a massless root may carry it through a fixed joint, and a floating joint, or six virtual ones without mass (in
-    the plane of x and z three), mark their child as the base. Rotor inertia, damping and dry friction that the file states are part of the robot.
+    Links that hang on fixed joints are merged into the moving link that carries them. The base is the root link; a
+    massless root may carry it through a fixed joint, and a floating joint, or six virtual ones without mass (in the
+    plane of x and z three), mark their child as the base. Rotor inertia, damping and dry friction that the file states
+    are part of the robot.
 
     Args:
         path: the file.

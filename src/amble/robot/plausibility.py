@@ -44,7 +44,9 @@ def physical_rows(robot: Robot, mirrored: bool) -> tuple[Residual, ...]:
 def smallest_share(robot: Robot) -> float:
     """Return the smallest eigenvalue over the poses of D scaled to a unit diagonal; NaN where that is impossible."""
     drawn = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, robot.size))
-    drawn[:, : robot.base.size] = 0.0  # D does not depend on the position; Euler angles, not the robot, degrade it with orientation
+    drawn[:, : robot.base.size] = (
+        0.0  # D does not depend on the position; Euler angles, not the robot, degrade it with orientation
+    )
     shares = [_share(robot, pose) for pose in (np.zeros(robot.size), *drawn)]
     return float(np.min(shares))  # NaN where any is
 

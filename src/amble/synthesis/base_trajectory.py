@@ -204,7 +204,9 @@ def _continuity(pattern: GaitPattern, places: Sequence[_Places], turn: float, ba
         for before, after, _ in links
         for end, start in ((before.s[-1], after.s[0]), (before.ds[-1], after.ds[0]))
     ]
-    if turn:  # which only a base in space does; end = c start - s across along the first axis of positions and of angles, s start + c across along y
+    if turn:
+        # of a base in space: end = c start - s across along the first axis of positions and of angles, along y
+        # s start + c across
         last, first = places[-1], places[0]
         across = np.array([1, 0, 2, 4, 3, 5])
         cosine = np.where(np.isin(np.arange(n), (2, 5)), 1.0, np.cos(turn))

@@ -112,6 +112,8 @@ class Loop:
     """
 
     def __init__(self, gait: Gait, law: AllocationLaw | None, confirm: float) -> None:
+        if not gait.robot.base.in_space:
+            raise InputError(f"MuJoCo walks robots in space; '{gait.robot.name}' moves in the plane of x and z")
         if not isinstance(gait.control, Impedance):
             raise InputError("MuJoCo walks gaits under control law 'impedance' (--control impedance)")
         self.gait = gait

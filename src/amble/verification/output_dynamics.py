@@ -117,7 +117,9 @@ class OutputDynamics:
     def errors(self, times: Vector, q: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
         """Return y and y', (points, n_y) each."""
         desired = self.desired(times, q, v)
-        return (q[:, self._base :] - desired.value) @ self.weights.T, (v[:, self._base :] - desired.rate) @ self.weights.T
+        return (q[:, self._base :] - desired.value) @ self.weights.T, (
+            v[:, self._base :] - desired.rate
+        ) @ self.weights.T
 
     def rows(self, times: Vector, q: Matrix, v: Matrix) -> tuple[Stack, Matrix]:
         """Return Y and c of the output dynamics Y a = c, (points, n_y, n_q) and (points, n_y)."""
