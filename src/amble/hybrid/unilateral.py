@@ -95,8 +95,9 @@ def tangential_loads(contacts: Contacts, forces: ca.SX, points: ca.SX) -> ca.SX:
 
 def base_jacobian(contacts: Contacts, q: ca.SX) -> ca.SX:
     """Return the Jacobian of the centre of mass of the base link, (3, n_q)."""
-    base = contacts.robot.links[0]
-    center = q[:3] + kinematics.base_rotation(q) @ ca.DM(base.center)
+    robot = contacts.robot
+    s, base = robot.base.spatial(q), robot.links[0]
+    center = s[:3] + kinematics.base_rotation(s) @ ca.DM(base.center)
     return ca.jacobian(center, q)
 
 

@@ -165,7 +165,7 @@ def _enter_joint(entries: Entries, robot: Robot, q: ca.SX, frames: Frames, j: in
     _, first_moment, inertia = body
     axis = constant(robot.joints[j].axis)
     force, moment = cross(axis, first_moment), inertia @ axis
-    entries[SPATIAL + j, 6 + j] = ca.dot(axis, moment)
+    entries[SPATIAL + j, SPATIAL + j] = ca.dot(axis, moment)
     for below in reversed(robot.chain(robot.joints[j].child)):
         if below != j:
             entries[SPATIAL + j, SPATIAL + below] = ca.dot(constant(robot.joints[below].axis), moment)
