@@ -142,7 +142,7 @@ def _event_functions(
 ) -> tuple[ca.Function, ...]:
     """Write the event that ends one stance as functions: guard, reset, and of a guard that is a force its push."""
     q, v, symbols, constraints = _arguments(contacts.robot, outputs, order, phase)
-    pushed = ca.SX.sym("pushed", contacts.robot.size - 3) if switch.leaving else None
+    pushed = ca.SX.sym("pushed", len(controllable(contacts.robot))) if switch.leaving else None
     loop = _loop(contacts, law, switch.source, symbols, constraints, pushed)
     crossing, after = guard(contacts, switch, q, loop, lift_off), reset(landed, switch, q, v)
     same = function("reset", symbols, {"state": after})

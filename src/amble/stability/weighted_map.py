@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.control.virtual_constraints import POSITION_SIZE, repacked
+from amble.control.virtual_constraints import repacked
 from amble.simulation.bound import bind
 from amble.stability.orbit import PANELS, RULE, STAGES, DomainOrbit, LiftOff, Orbit
 from amble.types import Matrix, NodeValues, Vector
@@ -147,7 +147,7 @@ class WeightedMap:
             slopes[domain.name] = np.zeros(mask.shape)
             if not self.weighting.by_time:
                 continue
-            response = transport.response[:, POSITION_SIZE:, :]
+            response = transport.response[:, -mask.shape[1] :, :]  # of y_a, the last coordinates
             follows = response @ transport.weights
             size = float(np.einsum("kij,kij->", follows, follows))
             total += np.log(size / (len(follows) * mask.shape[0])) / len(self.transports)
