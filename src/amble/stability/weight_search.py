@@ -206,7 +206,7 @@ class WeightSearch:
         """
         gait = self.gait_with(theta)
         system, found = closed_loop_fixed_point(gait, one_order=True)
-        drift = float(np.abs(found.state - self.feedback.start)[2:].max())
+        drift = float(np.abs(found.state - self.feedback.start)[gait.robot.base.horizontal :].max())
         if drift > LARGEST_DRIFT:
             raise WorkError(f"new output weights moved the orbit by {drift:.2g}; at most {LARGEST_DRIFT:g} is allowed")
         passages = passages_of(gait, system, found)
