@@ -62,7 +62,8 @@ def begin(gait: Gait, free: Sequence[str] | None, near: Gait | None) -> SearchSt
     Errors and arguments are those of ``stabilization``.
     """
     own = gait.control is None or isinstance(gait.control, InputOutputLinearisation)
-    freed = tuple(FREE if free is None else free) if own else ()
+    angles = tuple(name for name in FREE if name in controllable(gait.robot))
+    freed = tuple(angles if free is None else free) if own else ()
     feedback = None if near is None else near.feedback
     if near is not None and feedback is not None:
         known = tuple(dict.fromkeys((*freed, *(_weighted(near, feedback) if own and free is None else ()))))
