@@ -59,9 +59,9 @@ def test_a_stance_and_an_impact_are_those_of_numpy(feet: tuple[str, ...]) -> Non
     assert contacts.labels == tuple(f"{foot} {axis}" for foot in feet for axis in "xz")
     for q, v in zip(*random_states(planar, 5, seed=3), strict=True):
         D, h = np.asarray(dynamics.mass_matrix(planar, q)), np.asarray(dynamics.bias(planar, q, v)).ravel()
-        J = [np.asarray(kinematics.foot_jacobian(planar, foot, q))[[0, 2]] for foot in feet]
-        turn = [np.asarray(kinematics.foot_bias(planar, foot, q, v)).ravel()[[0, 2]] for foot in feet]
-        J, turn = np.vstack([np.zeros((0, planar.size)), *J]), np.concatenate([np.zeros(0), *turn])
+        rows = [np.asarray(kinematics.foot_jacobian(planar, foot, q))[[0, 2]] for foot in feet]
+        biases = [np.asarray(kinematics.foot_bias(planar, foot, q, v)).ravel()[[0, 2]] for foot in feet]
+        J, turn = np.vstack([np.zeros((0, planar.size)), *rows]), np.concatenate([np.zeros(0), *biases])
         system = np.block([[D, -J.T], [J, np.zeros((len(J), len(J)))]])
         expected = np.linalg.solve(system, np.concatenate([np.concatenate([np.zeros(3), u]) - h, -turn]))
         stopped = np.linalg.solve(system, np.concatenate([D @ v, np.zeros(len(J))]))
