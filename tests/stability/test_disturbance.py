@@ -18,7 +18,7 @@ from amble.progress import ProgressReport
 from amble.robot.natural_units import natural_units
 from amble.simulation import simulate
 from amble.simulation.simulate import perturbed
-from amble.stability import Spectrum, disturbance, fixed_point, multipliers
+from amble.stability import Spectrum, certify, disturbance, fixed_point, multipliers
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.disturbance import SEEDS, SIZES, Disturbance, Growth, disturb, growth, in_units
 from tests.grounds import on_friction
@@ -139,6 +139,23 @@ def test_a_biped_that_is_stable_but_easily_falls_is_warned() -> None:
     trace = simulate(system, start, 60)
     far = np.linalg.norm((trace.section[-1] - state)[2:] / units[2:])
     assert not trace.completed or far > found.failed
+
+
+@pytest.mark.slow
+def test_a_trot_that_is_certified_and_easily_falls_is_warned() -> None:
+    """Of a public quadruped (Spirit): certified at 0.956, and starts changed by 1e-4 do not come back.
+
+    Its weights lower the eigenvalues with a preference for a large return map: the powers of that grow to 1,610 in SI
+    units. Weights under which they grow to 2e4, in units of l and sqrt(l / g), are refused: their error bar is 112.
+    """
+    certificate = certify(load_gait(BIPED.with_name("trot-of-small-basin.json")))
+    found = certificate.disturbance
+    assert found is not None
+    assert 0.94 < certificate.spectrum.radius < 0.97
+    assert found.growth.factor > 500.0
+    assert (found.returns, found.failed) == (0.0, 1e-4)
+    (warning,) = found.warnings
+    assert "small basin" in warning
 
 
 def test_contacts_that_stay_unsound_are_a_reason(stabilised_gait: Gait) -> None:
