@@ -53,9 +53,10 @@ from amble.gait.impedance import Impedance as Impedance
 from amble.gait.motion_files import read_motion as read_motion
 from amble.gait.motion_files import recorded_gait as recorded_gait
 from amble.gait.motion_files import write_motion as write_motion
-from amble.gait.unilateral_loop import Push as Push
+from amble.gait.plant_errors import PlantErrors as PlantErrors
 from amble.gait.unilateral_loop import unilateral_loop as unilateral_loop
-from amble.gait.unilateral_loop import unilateral_start as unilateral_start
+from amble.gait.unilateral_state import Push as Push
+from amble.gait.unilateral_state import unilateral_start as unilateral_start
 from amble.hybrid import CONTACTS as CONTACTS
 from amble.hybrid import FLAT as FLAT
 from amble.hybrid import GROUNDS as GROUNDS
@@ -106,6 +107,8 @@ from amble.stability import fixed_point as fixed_point
 from amble.stability import monodromy as monodromy
 from amble.stability import multipliers as multipliers
 from amble.stability import poincare_map as poincare_map
+from amble.stability.robustness import Robustness as Robustness
+from amble.stability.robustness import TrialSettings as TrialSettings
 from amble.stability.stabilize import NotStabilizedError as NotStabilizedError
 from amble.stability.stabilize import stabilize as stabilize
 from amble.synthesis import GaitProblem as GaitProblem
@@ -135,6 +138,7 @@ from amble.workflow import load_library as load_library
 from amble.workflow import reproduce as reproduce
 from amble.workflow import rewrite_report as rewrite_report
 from amble.workflow import synthesize_specification as synthesize_specification
+from amble.workflow.robustness import robustness as robustness
 
 __version__: str
 __all__ = [
@@ -198,6 +202,7 @@ __all__ = [
     "Payload",
     "Phase",
     "Plane",
+    "PlantErrors",
     "PointContact",
     "Posture",
     "Progress",
@@ -206,6 +211,7 @@ __all__ = [
     "Push",
     "ReplayPage",
     "Robot",
+    "Robustness",
     "Run",
     "RunReport",
     "Specification",
@@ -217,6 +223,7 @@ __all__ = [
     "TorqueSquared",
     "Trace",
     "Transition",
+    "TrialSettings",
     "UnknownNameError",
     "WeightedMinimumNorm",
     "WorkError",
@@ -258,6 +265,7 @@ __all__ = [
     "reproduce",
     "rewrite_report",
     "robots",
+    "robustness",
     "save_gait",
     "save_trace",
     "simulate",

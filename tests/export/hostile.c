@@ -48,8 +48,12 @@ int main(void) {
       if (enters) (void)amble_enter(&c, stance);
       for (i = 0; i < AMBLE_JOINTS; i++) q[i] = (AMBLE_REAL)drawn();
       for (i = 0; i < AMBLE_JOINTS; i++) qd[i] = (AMBLE_REAL)drawn();
-      status = amble_step(&c, (AMBLE_REAL)step, q, qd, contact, &command);
-      if (status & (AMBLE_NOT_FINITE | AMBLE_NOT_ENTERED)) fell_back++;
+      if (uniform() < 0.1) {
+        status = amble_watchdog(&c, (AMBLE_REAL)step, q, qd, &command);
+      } else {
+        status = amble_step(&c, (AMBLE_REAL)step, q, qd, contact, &command);
+      }
+      if (status & (AMBLE_NOT_FINITE | AMBLE_NOT_ENTERED | AMBLE_SILENT)) fell_back++;
 #else
       static double q[AMBLE_COORDINATES], qd[AMBLE_COORDINATES], torque[AMBLE_JOINTS], force[AMBLE_FORCES];
       if (enters) (void)amble_enter(&c, stance, t);

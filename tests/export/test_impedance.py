@@ -12,11 +12,12 @@ import pytest
 
 from amble.codegen import compiler
 from amble.export import export_controller
+from amble.export.law import speed_limits, torque_limits
 from amble.gait import Gait
 from amble.gait.impedance import HOLD, Impedance
 
 JOINTS, FEET, TICK = 12, 4, 0.001
-LATE, CONTACT_FLAGS, NOT_FINITE, BAD_CLOCK, NOT_ENTERED = 4, 8, 32, 64, 128
+SATURATED, LATE, CONTACT_FLAGS, NOT_FINITE, BAD_CLOCK, NOT_ENTERED, SILENT = 1, 4, 8, 32, 64, 128, 256
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-O2", "-ffp-contract=off")
 
 Numbers = ctypes.c_double * JOINTS
@@ -31,6 +32,7 @@ class Controller(ctypes.Structure):
         ("clear", ctypes.c_uint),
         ("ticks", ctypes.c_int * FEET),
         ("since", ctypes.c_double * FEET),
+        ("silent", ctypes.c_double),
     )
 
 
@@ -154,3 +156,49 @@ def test_what_is_not_finite_leaves_damping(walk: Walk) -> None:
     walk.c.entered = 0
     assert walk.tick(walk.stances[0]) == NOT_ENTERED
     assert walk.library.amble_enter(ctypes.byref(walk.c), 99) == NOT_ENTERED
+
+
+def test_a_fast_motor_pushes_less(folder: Path, tmp_path: Path, stabilised_gait: Gait) -> None:
+    """The line of torque over speed, and the whole limit for braking; against the same rule in numpy."""
+    library = ctypes.CDLL(str(built(folder, tmp_path / "c.so", "-shared", "-fPIC", "-DAMBLE_CORNER=0.4")))
+    walk, generator = Walk(library, stabilised_gait), np.random.default_rng(5)
+    torque, speed = torque_limits(stabilised_gait), speed_limits(stabilised_gait)
+    cut = 0
+    for _ in range(200):
+        q, qd = generator.uniform(-2.0, 2.0, JOINTS), 1.2 * speed * generator.uniform(-1.0, 1.0, JOINTS)
+        status = library.amble_step(
+            ctypes.byref(walk.c), ctypes.c_double(0.0), Numbers(*q), Numbers(*qd),
+            (ctypes.c_ubyte * FEET)(*walk.stances[0]), ctypes.byref(walk.out),
+        )  # fmt: skip
+        out = {name: np.array(getattr(walk.out, name)) for name, _ in Command._fields_}
+        whole = out["torque"] - out["stiffness"] * (q - out["angle"]) - out["damping"] * (qd - out["rate"])
+        falling = torque * np.clip((1.0 - np.abs(qd) / speed) / 0.6, 0.0, 1.0)
+        limit = np.where(whole * qd > 0.0, falling, torque)
+        np.testing.assert_allclose(out["sum"], np.clip(whole, -limit, limit), rtol=1e-12, atol=1e-12)
+        assert bool(status & SATURATED) == bool(np.any(np.abs(whole) > limit))
+        cut += int(np.sum((np.abs(whole) > limit) & (limit < torque)))
+    assert cut > 100
+
+
+def test_the_watchdog_lets_go_of_a_silent_robot(walk: Walk) -> None:
+    longest, here = 0.25 * min(walk.durations), walk.stances[0]
+
+    def silence(dt: float) -> int:
+        numbers = Numbers(*[0.1] * JOINTS), Numbers(*[2.0] * JOINTS)
+        return int(
+            walk.library.amble_watchdog(ctypes.byref(walk.c), ctypes.c_double(dt), *numbers, ctypes.byref(walk.out))
+        )
+
+    walk.tick(here)
+    command = list(walk.out.sum)
+    assert silence(0.9 * longest) == 0
+    assert list(walk.out.sum) == command
+    walk.tick(here)
+    assert silence(0.9 * longest) == 0  # a step starts the time again
+    assert silence(0.2 * longest) == SILENT
+    assert list(walk.out.sum) == [-2.0] * JOINTS
+    assert walk.tick(here) == NOT_ENTERED
+    for dt in (-1.0, np.nan):
+        assert walk.library.amble_enter(ctypes.byref(walk.c), 0) == 0
+        assert silence(dt) == SILENT
+    assert silence(0.0) == NOT_ENTERED

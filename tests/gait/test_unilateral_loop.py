@@ -10,7 +10,9 @@ from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.gait.files import load_gait
-from amble.gait.unilateral_loop import LIGHT, SLID, Push, unilateral_loop, unilateral_start, unilateral_units
+from amble.gait.plant_errors import PlantErrors
+from amble.gait.unilateral_loop import LIGHT, SLID, unilateral_loop
+from amble.gait.unilateral_state import Push, unilateral_start, unilateral_units
 from amble.hybrid import HybridSystem
 from amble.robot import Robot, kinematics
 from amble.simulation import Trace, simulate
@@ -46,7 +48,7 @@ def pushed(gait: Gait, system: HybridSystem, push: Push, longest: float = 1.0) -
 
 def test_a_robot_that_is_pulled_up_flies(stabilised_gait: Gait) -> None:
     """Feet are released one after the other where their force is zero; in flight gravity and the push alone act."""
-    system = unilateral_loop(stabilised_gait, friction=100.0)  # no cone is left first
+    system = unilateral_loop(stabilised_gait, errors=PlantErrors(friction=100.0))  # no cone is left first
     robot, push = stabilised_gait.robot, Push(force=(0.0, 0.0, 3000.0), begin=0.002, end=0.5)
     trace = pushed(stabilised_gait, system, push, 0.005)
     assert [event.transition.split("->")[1] for event in trace.events[:2]] == ["D1 released", "D1 released"]
@@ -76,7 +78,8 @@ def test_a_foot_that_leaves_its_cone_ends_the_motion(stabilised_gait: Gait, syst
 
 def test_a_rougher_ground_holds_longer(stabilised_gait: Gait) -> None:
     push = Push(force=(60.0, 0.0, 0.0), begin=0.05, end=0.08)
-    times = [pushed(stabilised_gait, unilateral_loop(stabilised_gait, friction=mu), push).time[-1] for mu in (0.6, 1.2)]
+    loops = [unilateral_loop(stabilised_gait, errors=PlantErrors(friction=friction)) for friction in (0.6, 1.2)]
+    times = [pushed(stabilised_gait, loop, push).time[-1] for loop in loops]
     assert times[0] < times[1]
 
 

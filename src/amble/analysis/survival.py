@@ -13,7 +13,9 @@ from amble.analysis.contact import contact_report
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
-from amble.gait.unilateral_loop import unilateral_loop, unilateral_start
+from amble.gait.plant_errors import PlantErrors
+from amble.gait.unilateral_loop import unilateral_loop
+from amble.gait.unilateral_state import unilateral_start
 from amble.hybrid import SIMULTANEOUS, HybridSystem
 from amble.progress import Progress, ProgressReport, silent
 from amble.robot.natural_units import natural_units
@@ -61,7 +63,7 @@ def survived_cycles(
     notify, state, bounds = progress or silent, start_state(gait), ContactBounds.of_gait(gait)
     bounds = bounds if friction is None else replace(bounds, friction=friction)
     unilateral = gait.pattern.landing_rule == SIMULTANEOUS
-    system = unilateral_loop(gait, friction=bounds.friction) if unilateral else closed_loop(gait)
+    system = unilateral_loop(gait, errors=PlantErrors(friction=bounds.friction)) if unilateral else closed_loop(gait)
     units = natural_units(gait.robot, gait.robot.leg_length)
     found: dict[float, tuple[int, ...]] = {}
     for size in sizes:

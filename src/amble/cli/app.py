@@ -16,6 +16,7 @@ from amble.cli import (
     proving,
     reproducing,
     robots,
+    robustness,
     validating,
     view,
     walking,
@@ -49,7 +50,7 @@ class Command(TyperCommand):
 
 PLACES = {"out", "keep", "figure", "mp4", "record"}
 """Parameters that name what is written."""
-INTO_FOLDERS = ("library", "reproduce", "report")
+INTO_FOLDERS = ("library", "reproduce", "report", "robustness")
 """Commands whose ``--out`` is a folder that keeps what else is in it."""
 
 app = typer.Typer(
@@ -74,6 +75,7 @@ COMMANDS = (
     walking.compare,
     walking.export,
     validating.validate,
+    robustness.robustness,
     importing.importing,
     view.view,
     reproducing.report,

@@ -52,7 +52,7 @@ def simulate(
     from amble.export import exported_loop
     from amble.gait.closed_loop import trace_units
     from amble.gait.files import load_gait
-    from amble.gait.unilateral_loop import unilateral_units
+    from amble.gait.unilateral_state import unilateral_units
     from amble.simulation import save_trace
     from amble.simulation import simulate as walk
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.export.code import build_rules, filled, template
-from amble.export.law import YOUNG, numbers, torque_limits, whole_numbers
+from amble.export.law import YOUNG, numbers, speed_limits, torque_limits, whole_numbers
 from amble.export.stances import exported_stances, switch_tables
 from amble.export.vectors import A_STANCE, DAMPING, DISTURBANCE, OK, SATURATED, SEED
 from amble.gait import Gait
@@ -147,6 +147,7 @@ def _tables(gait: Gait, domains: Sequence[DomainTable]) -> str:
             table("STIFFNESS", [domain.stiffness for domain in domains]),
             table("DAMPING", [domain.damping for domain in domains]),
             numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait), REAL),
+            numbers("SPEED_LIMIT", "AMBLE_JOINTS", speed_limits(gait), REAL),
             "/* The left-right mirror: a -> sign * a[index]. */",
             whole_numbers("JOINT_INDEX", "AMBLE_JOINTS", index),
             numbers("JOINT_SIGN", "AMBLE_JOINTS", sign, REAL),

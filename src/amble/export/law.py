@@ -29,7 +29,7 @@ from amble.robot.mirror import SignedPermutation
 from amble.types import Vector
 
 FREE = 1e30
-"""Torque limit of a joint that has none, N m."""
+"""Torque or speed limit of a joint that has none, N m or rad/s."""
 
 YOUNG = 0.5
 """Share of the planned duration before which every foot of a stance has to touch, and feet that just lifted may."""
@@ -147,6 +147,12 @@ def torque_limits(gait: Gait) -> Vector:
     """Return what the saturation keeps: the smaller of the robot's and the gait's torque limits, (n_joints,), N m."""
     robot = gait.robot
     found = [min(joint.effort, gait.limits.torques.get(joint.name, np.inf), FREE) for joint in robot.joints]
+    return np.array(found, dtype=np.float64)
+
+
+def speed_limits(gait: Gait) -> Vector:
+    """Return the smaller of the robot's and the gait's speed limits, (n_joints,), rad/s."""
+    found = [min(joint.velocity, gait.limits.speeds.get(joint.name, np.inf), FREE) for joint in gait.robot.joints]
     return np.array(found, dtype=np.float64)
 
 

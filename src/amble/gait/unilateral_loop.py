@@ -8,29 +8,30 @@ where all feet that land next are on the ground, as in the exported code.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from amble.codegen import compile_all
 from amble.control import AllocationLaw
 from amble.control.stance_functions import ARGUMENTS
 from amble.errors import InputError
-from amble.gait.closed_loop import closed_loop, start_state, trace_units
+from amble.gait.closed_loop import closed_loop
 from amble.gait.control_law import ControlLaw
 from amble.gait.landing_stances import landing_steps
+from amble.gait.plant_errors import EXACT, PlantErrors
 from amble.gait.record import Gait
+from amble.gait.unilateral_state import UnilateralState, state_names
 from amble.hybrid import Contacts, Domain, HybridSystem, Switch, Transition
 from amble.hybrid.unilateral import normal_forces, tangential_loads, unilateral_impact, unilateral_motion
-from amble.types import Vector, frozen
 
 SINKS = 1e-4
 """How far below the ground a foot out of its turn counts as touching, in leg lengths: one that has just lifted or was
 released lies on the ground."""
+
+STILL = 0.01
+"""Rate of a joint, in sqrt(g / l), below which its dry friction fades."""
 
 LIGHT = 0.01
 """A foot that presses with less than this share of the weight carries any load that friction would carry at that share:
@@ -45,26 +46,8 @@ SLID = "left its friction cone"
 RELEASED, TOUCHED = "released", "touched"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Push:
-    """A constant force on the base at its centre of mass for a while; none by default.
-
-    Attributes:
-        force: world frame, N.
-        begin: s from the start of the motion.
-        end: s.
-    """
-
-    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    begin: float = 0.0
-    end: float = 0.0
-
-
-NO_PUSH = Push()
-
-
 def unilateral_loop(
-    gait: Gait, law: AllocationLaw | None = None, control: ControlLaw | None = None, friction: float | None = None
+    gait: Gait, law: AllocationLaw | None = None, control: ControlLaw | None = None, errors: PlantErrors = EXACT
 ) -> HybridSystem:
     """Close the loop of a gait on ground that pushes only.
 
@@ -75,83 +58,46 @@ def unilateral_loop(
         gait: the gait.
         law: another allocation law than the gait's.
         control: another feedback law than the gait's.
-        friction: coefficient of the ground that is walked on, where it is not the gait's; the controller's laws know
-            the gait's own.
+        errors: what the plant differs in from the gait's model; the controller's laws know nothing of it.
 
     Raises:
         InputError: feet of the gait land one by one; another allocation law for a feedback law that does not allocate.
     """
+    _require_simultaneous(gait)
+    return on_unilateral_ground(gait, closed_loop(gait, law, control=control), errors)
+
+
+def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors = EXACT) -> HybridSystem:
+    """Put a closed loop of a gait on ground that pushes only; see ``unilateral_loop``.
+
+    Args:
+        gait: the gait.
+        system: what ``closed_loop`` makes of it, over the whole cycle.
+        errors: what the plant differs in from the model.
+    """
     pattern = gait.pattern
-    if any(len(landing_steps(gait, switch)) > 1 for switch in pattern.all_switches):
-        raise InputError("feet that land one by one have no unilateral simulation yet; the rule 'simultaneous' has")
-    system = closed_loop(gait, law, control=control)
-    parts = _parts(pattern.all_contacts)
+    _require_simultaneous(gait)
+    contacts = pattern.all_contacts
+    parts = _parts(contacts)
     domains, transitions = list[Domain](), list[Transition]()
     for switch in pattern.all_switches:
         loop = _StanceLoop(
-            contacts=pattern.all_contacts,
+            contacts=contacts,
             planned=system.domain(switch.source.name),
             switch=switch,
+            following=system.domain(switch.target.name),
             parts=parts,
             lift_off=gait.limits.normal_force,
-            friction=pattern.ground.friction if friction is None else friction,
+            errors=errors,
         )
         domains += loop.domains()
         transitions += loop.transitions()
     return HybridSystem(domains, transitions, (), state_names(gait, system.state_names))
 
 
-def unilateral_start(gait: Gait, state: Vector | None = None, push: Push = NO_PUSH) -> Vector:
-    """Return the start of a unilateral motion: entry of the first domain with its feet in contact, the clock at 0.
-
-    Args:
-        gait: the gait.
-        state: coordinates and rates, (2 n_q,); the gait's own by default.
-        push: on the base.
-    """
-    feet, down = gait.robot.foot_names, gait.pattern.stances[0].feet
-    entry = start_state(gait) if state is None else state
-    active = [float(foot in down) for foot in feet]
-    return frozen(np.concatenate([entry, [0.0], active, push.force, [push.begin, push.end, 0.0]]))
-
-
-def state_names(gait: Gait, names: Sequence[str]) -> tuple[str, ...]:
-    """Name the states of the unilateral loop, after those of the closed loop."""
-    contact = [f"contact of {foot}" for foot in gait.robot.foot_names]
-    return (*names, "clock", *contact, "push x", "push y", "push z", "push begin", "push end", "time")
-
-
-def unilateral_units(gait: Gait) -> dict[str, str]:
-    """Return name -> unit of the states and signals of the unilateral loop, as traces hold them."""
-    names = state_names(gait, ())
-    own = ["s", *("1" for _ in gait.robot.foot_names), "N", "N", "N", "s", "s", "s"]
-    return {**trace_units(gait), **dict(zip(names, own, strict=True)), "contact": "1"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class _State:
-    """The state by its parts, and what makes it again."""
-
-    x: Any
-    clock: Any
-    active: Any
-    rest: Any
-
-    @classmethod
-    def of(cls, contacts: Contacts, state: Any) -> _State:
-        size = 2 * contacts.robot.size
-        x, clock, active, rest = ca.vertsplit(state, [0, size, size + 1, size + 1 + len(contacts.feet), state.numel()])
-        return cls(x=x, clock=clock, active=active, rest=rest)
-
-    @property
-    def whole(self) -> Any:
-        return ca.vertcat(self.x, self.clock, self.active, self.rest)
-
-    @property
-    def push(self) -> Any:
-        """The force now; ``rest`` holds force, begin, end and time."""
-        time = self.rest[5]
-        return ca.if_else(ca.logic_and(time >= self.rest[3], time < self.rest[4]), self.rest[:3], ca.DM.zeros(3))
+def _require_simultaneous(gait: Gait) -> None:
+    if any(len(landing_steps(gait, switch)) > 1 for switch in gait.pattern.all_switches):
+        raise InputError("feet that land one by one have no unilateral simulation yet; the rule 'simultaneous' has")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,9 +107,15 @@ class _StanceLoop:
     contacts: Contacts
     planned: Domain
     switch: Switch
+    following: Domain
     parts: dict[str, ca.Function]
     lift_off: float
-    friction: float
+    errors: PlantErrors
+
+    @property
+    def extra(self) -> float:
+        """Mass of the base link beside its own, as a share of it."""
+        return self.errors.trunk - 1.0
 
     def domains(self) -> tuple[Domain, ...]:
         """As planned, after a release, after a touch: the same motion."""
@@ -174,7 +126,7 @@ class _StanceLoop:
         cone = ca.mmin(ca.if_else(ca.logic_and(now.active > 0.5, normal > 0.0), self._reserve(normal, load), 1.0))
         margin = self.planned.admissibility
         fall = None if margin is None else self._function("fall", (t, state, p), margin(now.clock, now.x, p), "margin")
-        recorded = self._signals(now, p)
+        recorded = _signals(self.planned, now, p)
         signals = {**recorded, "force": force, "contact": now.active}
         whole = Domain(
             name=self.planned.name,
@@ -210,17 +162,32 @@ class _StanceLoop:
         stays = ca.DM([float(foot not in switch.lifting) for foot in feet]) * now.active
         if switch.landing:
             lands = ca.DM([float(foot in switch.landing) for foot in feet])
-            height = self.parts["gaps"](now.x) / length + ROUNDING
+            height = self._gaps(now) / length + ROUNDING
             crossing = ca.mmax(ca.if_else(lands * (1.0 - now.active) > 0.5, height, -1.0))
             arrived = lands * (1.0 - now.active)
-            after, active = self.parts["impact"](now.x, ca.fmax(stays, arrived), arrived)
+            after, active = self.parts["impact"](now.x, ca.fmax(stays, arrived), arrived, self.extra)
         else:
             _, normal, _, _ = self._motion(now, p)
             places = [feet.index(foot) for foot in switch.leaving]
             crossing = sum(normal[k] for k in places) / len(places) - self.lift_off
             after, active = now.x, stays
-        entered = replace(now, x=after, clock=ca.MX(0.0), active=active)
-        return self._pair(t, state, p, crossing, entered)
+        entered = replace(now, x=after, clock=ca.MX(-self.errors.lateness), active=active)
+        return self._pair(t, state, p, crossing, self._with_late_torques(entered, self._torque(now, p)))
+
+    def _with_late_torques(self, entered: UnilateralState, before: ca.MX) -> UnilateralState:
+        """Let the torques of the last stance go on for a while, to first order: as a jump of the rates."""
+        if not self.errors.late:
+            return entered
+        following = self.following
+        own = following.parameters
+        after = _signals(following, replace(entered, clock=ca.MX(0.0)), ca.MX(ca.DM(own)))["torque"]
+        size = self.contacts.robot.size
+        moved = [
+            self.parts["motion"](entered.x, u, entered.active, entered.push, self.extra)[0][size:]
+            for u in (before, after)
+        ]
+        jump = ca.vertcat(ca.MX.zeros(size), self.errors.late * (moved[0] - moved[1]))
+        return replace(entered, x=entered.x + jump)
 
     def _release(self) -> tuple[ca.Function, ca.Function]:
         """The least normal force comes to zero: its foot is let go."""
@@ -236,37 +203,60 @@ class _StanceLoop:
         """A foot out of its turn comes to the ground, and stops."""
         t, state, p, now = self._symbols()
         length = self.contacts.robot.leg_length
-        height = ca.if_else(now.active > 0.5, length, self.parts["gaps"](now.x) + SINKS * length)
+        height = ca.if_else(now.active > 0.5, length, self._gaps(now) + SINKS * length)
         arrived = height <= ROUNDING * length
-        after, active = self.parts["impact"](now.x, ca.fmax(now.active, arrived), arrived)
+        after, active = self.parts["impact"](now.x, ca.fmax(now.active, arrived), arrived, self.extra)
         return self._pair(t, state, p, ca.mmin(height), replace(now, x=after, active=active))
 
-    def _symbols(self) -> tuple[ca.MX, ca.MX, ca.MX, _State]:
+    def _symbols(self) -> tuple[ca.MX, ca.MX, ca.MX, UnilateralState]:
         size = 2 * self.contacts.robot.size + 7 + len(self.contacts.feet)
         t, state, p = ca.MX.sym("t"), ca.MX.sym("x", size), ca.MX.sym("p", self.planned.parameters.size)
-        return t, state, p, _State.of(self.contacts, state)
+        return t, state, p, UnilateralState.of(self.contacts, state)
 
-    def _signals(self, now: _State, p: ca.MX) -> dict[str, ca.MX]:
-        signals = self.planned.signals
-        if signals is None:
-            raise InputError(f"domain '{self.planned.name}' records no torques")
-        return dict(zip(signals.name_out(), signals.call([now.clock, now.x, p]), strict=True))
+    def _gaps(self, now: UnilateralState) -> ca.MX:
+        """Heights of the feet over the ground that they land on, m."""
+        return self.parts["gaps"](now.x) - ca.DM(self.errors.heights(self.contacts.robot))
 
-    def _motion(self, now: _State, p: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX, ca.MX]:
-        rate, normal, load, force = self.parts["motion"](now.x, self._signals(now, p)["torque"], now.active, now.push)
+    def _torque(self, now: UnilateralState, p: ca.MX) -> ca.MX:
+        """Torques that arrive now; a late one is u(t - s, x(t - s)) with x(t - s) = x - s x', to first order in s."""
+        torque, late = _signals(self.planned, now, p)["torque"], self.errors.delay
+        if not late:
+            return torque
+        rate = self.parts["motion"](now.x, torque, now.active, now.push, self.extra)[0]
+        return _signals(self.planned, replace(now, x=now.x - late * rate, clock=now.clock - late), p)["torque"]
+
+    def _motion(self, now: UnilateralState, p: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX, ca.MX]:
+        robot, errors = self.contacts.robot, self.errors
+        speed, torque = now.x[-len(robot.joints) :], self._torque(now, p)
+        if errors.damping or errors.dry_friction:
+            turning = STILL * (robot.gravity / robot.leg_length) ** 0.5
+            torque = torque - errors.damping * speed - errors.dry_friction * ca.tanh(speed / turning)
+        rate, normal, load, force = self.parts["motion"](now.x, torque, now.active, now.push, self.extra)
         return rate, normal, load, force
 
     def _reserve(self, normal: ca.MX, load: ca.MX) -> ca.MX:
         """Load that friction can carry less that it has to, in weights."""
         weight = self.contacts.robot.mass * self.contacts.robot.gravity
-        return (self.friction * ca.fmax(normal, LIGHT * weight) - load) / weight
+        own, given = self.contacts.ground.friction, self.errors.friction
+        friction = own if given is None else given
+        return (friction * ca.fmax(normal, LIGHT * weight) - load) / weight
 
-    def _pair(self, t: ca.MX, state: ca.MX, p: ca.MX, guard: ca.MX, after: _State) -> tuple[ca.Function, ca.Function]:
+    def _pair(
+        self, t: ca.MX, state: ca.MX, p: ca.MX, guard: ca.MX, after: UnilateralState
+    ) -> tuple[ca.Function, ca.Function]:
         symbols = t, state, p
         return self._function("guard", symbols, guard, "guard"), self._function("reset", symbols, after.whole, "state")
 
     def _function(self, name: str, symbols: tuple[ca.MX, ca.MX, ca.MX], value: ca.MX, result: str) -> ca.Function:
         return ca.Function(f"unilateral_{name}", list(symbols), [ca.densify(value)], ARGUMENTS, [result])
+
+
+def _signals(domain: Domain, now: UnilateralState, p: ca.MX) -> dict[str, ca.MX]:
+    """What a domain of the closed loop records at a state, by name."""
+    signals = domain.signals
+    if signals is None:
+        raise InputError(f"domain '{domain.name}' records no torques")
+    return dict(zip(signals.name_out(), signals.call([now.clock, now.x, p]), strict=True))
 
 
 def _parts(contacts: Contacts) -> dict[str, ca.Function]:
@@ -276,19 +266,21 @@ def _parts(contacts: Contacts) -> dict[str, ca.Function]:
 
 @lru_cache(maxsize=8)
 def _written(contacts: Contacts) -> tuple[ca.Function, ...]:
-    """Write ``motion`` (x, u, active, push), ``gaps`` (x) and ``impact`` (x, active, landing) of all feet."""
+    """Write ``motion`` (x, u, active, push, extra), ``gaps`` (x), ``impact`` (x, active, landing, extra)."""
     robot, feet = contacts.robot, len(contacts.feet)
     x, u, push = ca.SX.sym("x", 2 * robot.size), ca.SX.sym("u", len(robot.joints)), ca.SX.sym("push", 3)
-    active, landing = ca.SX.sym("active", feet), ca.SX.sym("landing", feet)
+    active, landing, extra = ca.SX.sym("active", feet), ca.SX.sym("landing", feet), ca.SX.sym("extra")
     q, v = x[: robot.size], x[robot.size :]
     points = contacts.points(q)
-    motion = unilateral_motion(contacts, active, q, v, u, push)
+    motion = unilateral_motion(contacts, active, q, v, u, push, extra)
     normal, load = normal_forces(contacts, motion.forces, points), tangential_loads(contacts, motion.forces, points)
     moved = [ca.vertcat(v, motion.acceleration), normal, load, motion.forces]
     gaps = ca.vertcat(*[contacts.ground.gap(points[3 * i : 3 * i + 3]) for i in range(feet)])
-    after, stands, _ = unilateral_impact(contacts, active, landing, q, v)
+    after, stands, _ = unilateral_impact(contacts, active, landing, q, v, extra)
     return (
-        ca.Function("motion", [x, u, active, push], ca.cse([ca.densify(part) for part in moved])),
+        ca.Function("motion", [x, u, active, push, extra], ca.cse([ca.densify(part) for part in moved])),
         ca.Function("gaps", [x], [ca.densify(gaps)]),
-        ca.Function("impact", [x, active, landing], ca.cse([ca.densify(ca.vertcat(q, after)), ca.densify(stands)])),
+        ca.Function(
+            "impact", [x, active, landing, extra], ca.cse([ca.densify(ca.vertcat(q, after)), ca.densify(stands)])
+        ),
     )

@@ -6,15 +6,18 @@ follow from (E J D^-1 J^T E + 1 - E) lambda = E b, those of the others are 0: on
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import casadi as ca
+import numpy as np
 
 from amble.hybrid.constrained_dynamics import StandingEquations, selection
 from amble.hybrid.contacts import Contacts
 from amble.numerics.linear_algebra import SymmetricFactor
-from amble.robot import dynamics, kinematics
+from amble.robot import Robot, dynamics, kinematics
 from amble.robot.natural_units import velocity_unit
+from amble.types import frozen
 
 STICKS = 1e-4
 """A pulling impulse of this share of m sqrt(g l) is let pass: feet that strike in turn would do so ever faster."""
@@ -36,7 +39,9 @@ class UnilateralMotion:
     forces: ca.SX
 
 
-def unilateral_motion(contacts: Contacts, active: ca.SX, q: ca.SX, v: ca.SX, u: ca.SX, push: ca.SX) -> UnilateralMotion:
+def unilateral_motion(
+    contacts: Contacts, active: ca.SX, q: ca.SX, v: ca.SX, u: ca.SX, push: ca.SX, extra: ca.SX
+) -> UnilateralMotion:
     """Write the motion with the feet in contact held to the ground, whether they push or pull.
 
     Args:
@@ -46,9 +51,12 @@ def unilateral_motion(contacts: Contacts, active: ca.SX, q: ca.SX, v: ca.SX, u: 
         v: their rates, (n_q,).
         u: torques, (n_joints,), N m.
         push: force on the base at its centre of mass, world frame, (3,), N.
+        extra: mass and inertia of the base link beside its own, as a share of it.
     """
-    robot, equations = contacts.robot, StandingEquations.of(contacts, q)
-    force = selection(robot) @ u - dynamics.bias(robot, q, v) + base_jacobian(contacts, q).T @ push
+    robot, equations = contacts.robot, _equations(contacts, q, extra)
+    bias, base = dynamics.bias(robot, q, v), robot.size - len(robot.joints)
+    bias[:base] += extra * (dynamics.bias(_doubled(robot), q, v)[:base] - bias[:base])
+    force = selection(robot) @ u - bias + base_jacobian(contacts, q).T @ push
     free = equations.mass.solve(force)
     wanted = -contacts.bias(q, v) - contacts.jacobian(q) @ free
     forces = _held(contacts, equations, active).solve(_components(contacts, active) * wanted)
@@ -56,7 +64,7 @@ def unilateral_motion(contacts: Contacts, active: ca.SX, q: ca.SX, v: ca.SX, u: 
 
 
 def unilateral_impact(
-    contacts: Contacts, active: ca.SX, landing: ca.SX, q: ca.SX, v: ca.SX
+    contacts: Contacts, active: ca.SX, landing: ca.SX, q: ca.SX, v: ca.SX, extra: ca.SX
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Write a plastic impact on the feet in contact; a foot that it would have to pull is left out, and rises.
 
@@ -68,11 +76,12 @@ def unilateral_impact(
         landing: 1 for those of them that land, which are never left out, (n_feet,).
         q: coordinates, (n_q,).
         v: rates before the impact, (n_q,).
+        extra: as of ``unilateral_motion``.
 
     Returns:
         Rates after it, (n_q,), the feet in contact then, (n_feet,), and the impulses of every foot, (n_f,), N s.
     """
-    equations, points = StandingEquations.of(contacts, q), contacts.points(q)
+    equations, points = _equations(contacts, q, extra), contacts.points(q)
     missing, unit = -contacts.jacobian(q) @ v, contacts.robot.mass * velocity_unit(contacts.robot)
     for drop in range(DROPS + 1):
         impulses = _held(contacts, equations, active).solve(_components(contacts, active) * missing)
@@ -99,6 +108,24 @@ def base_jacobian(contacts: Contacts, q: ca.SX) -> ca.SX:
     s, base = robot.base.spatial(q), robot.links[0]
     center = s[:3] + kinematics.base_rotation(s) @ ca.DM(base.center)
     return ca.jacobian(center, q)
+
+
+def _equations(contacts: Contacts, q: ca.SX, extra: ca.SX) -> StandingEquations:
+    """Factor the mass matrix with a heavier base link, which enters its own block, linearly."""
+    robot = contacts.robot
+    D, base = dynamics.mass_matrix(robot, q), robot.size - len(robot.joints)
+    D[:base, :base] += extra * (dynamics.mass_matrix(_doubled(robot), q)[:base, :base] - D[:base, :base])
+    mass = SymmetricFactor.of(D, list(range(robot.size - 1, -1, -1)))  # from the feet upwards: without fill
+    J = contacts.jacobian(q)
+    return StandingEquations(mass=mass, jacobian=J, moved=mass.solve(J.T), apparent=None)
+
+
+@lru_cache(maxsize=8)
+def _doubled(robot: Robot) -> Robot:
+    """The robot with a base link of twice the mass."""
+    base = robot.links[0]
+    heavier = replace(base, mass=2.0 * base.mass, inertia=frozen(2.0 * np.asarray(base.inertia)))
+    return replace(robot, links=(heavier, *robot.links[1:]))
 
 
 def _components(contacts: Contacts, active: ca.SX) -> ca.SX:

@@ -15,7 +15,8 @@ from amble.errors import InputError, WorkError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.control_law import ControlLaw
-from amble.gait.unilateral_loop import unilateral_loop, unilateral_start
+from amble.gait.unilateral_loop import unilateral_loop
+from amble.gait.unilateral_state import unilateral_start
 from amble.hybrid import HybridSystem
 from amble.progress import Progress
 from amble.simulation.bound import bind

@@ -83,12 +83,17 @@ def in_units(spectrum: Spectrum, units: Vector) -> Matrix:
         T A T^-1 with T = Q_s^T S Q, S the division by the units and Q_s an orthonormal basis of the complement of the
         scaled generators, (m, m).
     """
+    change = to_units(spectrum, units)
+    return np.asarray(change @ spectrum.matrix @ np.linalg.inv(change))
+
+
+def to_units(spectrum: Spectrum, units: Vector) -> Matrix:
+    """Return T of ``in_units``: the size of T xi is that of a deviation xi in the basis of the spectrum, (m, m)."""
     size, kept = spectrum.basis.shape
     whole = np.linalg.qr(spectrum.basis, mode="complete")[0]
     generators = whole[:, kept:] / units[:, np.newaxis]
     scaled = np.linalg.qr(generators, mode="complete")[0][:, size - kept :] if kept < size else np.eye(size)
-    change = scaled.T @ (spectrum.basis / units[:, np.newaxis])
-    return np.asarray(change @ spectrum.matrix @ np.linalg.inv(change))
+    return np.asarray(scaled.T @ (spectrum.basis / units[:, np.newaxis]))
 
 
 @dataclass(frozen=True, kw_only=True)

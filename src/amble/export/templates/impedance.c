@@ -48,16 +48,24 @@ static void refer(const amble_controller *c, amble_command *out) {
   }
 }
 
+/* Largest torque along a joint's rate. */
+static real driving(int joint, real rate) {
+  real corner = (real)AMBLE_CORNER, share = (rate < 0 ? -rate : rate) / SPEED_LIMIT[joint];
+  if (corner >= 1 || share <= corner) return TORQUE_LIMIT[joint];
+  return share >= 1 ? 0 : TORQUE_LIMIT[joint] * (1 - share) / (1 - corner);
+}
+
 static unsigned add(const real *q, const real *qd, amble_command *out) {
   unsigned status = AMBLE_OK;
   int i;
   for (i = 0; i < AMBLE_JOINTS; i++) {
     real sum = out->torque[i] - out->stiffness[i] * (q[i] - out->angle[i]) - out->damping[i] * (qd[i] - out->rate[i]);
-    if (sum > TORQUE_LIMIT[i]) {
-      sum = TORQUE_LIMIT[i];
+    real limit = sum * qd[i] > 0 ? driving(i, qd[i]) : TORQUE_LIMIT[i];
+    if (sum > limit) {
+      sum = limit;
       status = AMBLE_SATURATED;
-    } else if (sum < -TORQUE_LIMIT[i]) {
-      sum = -TORQUE_LIMIT[i];
+    } else if (sum < -limit) {
+      sum = -limit;
       status = AMBLE_SATURATED;
     }
     out->sum[i] = sum;
@@ -139,6 +147,7 @@ unsigned amble_enter(amble_controller *c, int stance) {
   c->clock = 0;
   c->down = DOWN[stance];
   c->clear = 0;
+  c->silent = 0;
   for (i = 0; i < AMBLE_FEET; i++) {
     c->ticks[i] = 0;
     c->since[i] = 0;
@@ -158,6 +167,7 @@ unsigned amble_step(amble_controller *c, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE
     dt = dt > 0 ? (real)AMBLE_LONGEST_STEP : 0;
   }
   c->clock += dt;
+  c->silent = 0;
   confirm(c, dt, contact);
   follow(c);
   if (c->clock >= HOLD[LAW_OF[c->stance]]) status |= AMBLE_LATE;
@@ -167,6 +177,17 @@ unsigned amble_step(amble_controller *c, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE
   }
   refer(c, command);
   return status | add(q, qd, command);
+}
+
+unsigned amble_watchdog(amble_controller *c, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE_JOINTS],
+                        const AMBLE_REAL qd[AMBLE_JOINTS], amble_command *command) {
+  if (c->entered != MARK) return fallback(AMBLE_NOT_ENTERED, q, qd, command);
+  if (dt >= 0) {
+    c->silent += dt;
+    if (c->silent < (real)AMBLE_WATCHDOG_TIME) return AMBLE_OK;
+  }
+  c->entered = 0;
+  return fallback(AMBLE_SILENT, q, qd, command);
 }
 
 int amble_stands(int stance, int foot) {

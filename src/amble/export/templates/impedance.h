@@ -41,6 +41,16 @@ typedef double AMBLE_REAL;
 /* Share of the planned duration from which a stance counts as late: @HOLD@, where the references stand still. A contact that does not come
  * leaves the controller there, with the status LATE at every tick; what then is to be done is the caller's decision. */
 
+/* Share of a joint's fastest rate from which its motor gives less torque along the rate: the limit falls in a line to 0
+ * at the fastest rate (against it the motor brakes with its whole limit). 1 leaves the limit as it is. */
+#ifndef AMBLE_CORNER
+#define AMBLE_CORNER 1.0
+#endif
+/* Time without a step after which amble_watchdog lets the motors damp only, s. */
+#ifndef AMBLE_WATCHDOG_TIME
+#define AMBLE_WATCHDOG_TIME @LONGEST@
+#endif
+
 /* Status of a step: 0, or a sum of these. */
 enum {
   AMBLE_OK = 0,
@@ -49,7 +59,8 @@ enum {
   AMBLE_CONTACT_FLAGS = 8, /* a foot of this and the next stance is up, or one of neither is down */
   AMBLE_NOT_FINITE = 32,   /* fallback: torque and stiffness 0, damping AMBLE_DAMPING; the clock goes on */
   AMBLE_BAD_CLOCK = 64,    /* the step was negative, no number, or longer than AMBLE_LONGEST_STEP and cut to it */
-  AMBLE_NOT_ENTERED = 128  /* fallback; nothing changes until amble_enter */
+  AMBLE_NOT_ENTERED = 128, /* fallback; nothing changes until amble_enter */
+  AMBLE_SILENT = 256       /* fallback of amble_watchdog, with NOT_ENTERED from then on */
 };
 
 #define AMBLE_LONGEST_STEP @LONGEST@
@@ -63,6 +74,7 @@ typedef struct {
   unsigned clear;  /* feet that have been up since they last stood */
   int ticks[AMBLE_FEET];       /* how often in a row a flag differed from that, and for how long */
   AMBLE_REAL since[AMBLE_FEET];
+  AMBLE_REAL silent; /* time without a step, s */
 } amble_controller;
 
 /* What motor drivers take: torque + stiffness (q - angle) ... and sum, all of it for measured angles and rates,
@@ -87,6 +99,13 @@ unsigned amble_enter(amble_controller *controller, int stance);
 unsigned amble_step(amble_controller *controller, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE_JOINTS],
                     const AMBLE_REAL qd[AMBLE_JOINTS], const unsigned char contact[AMBLE_FEET],
                     amble_command *command);
+
+/* A tick of a driver's loop in which no measurement came, so that there was no amble_step: dt since the last tick of
+ * either, the last known angles and rates. Until AMBLE_WATCHDOG_TIME since the last step the command stays as it is and
+ * AMBLE_OK is returned; then the fallback is written, and the controller has to be entered again: its clock has passed
+ * events that it did not see. A dt that is negative or no number counts as too long. */
+unsigned amble_watchdog(amble_controller *controller, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE_JOINTS],
+                        const AMBLE_REAL qd[AMBLE_JOINTS], amble_command *command);
 
 /* Whether a foot stands in a stance. */
 int amble_stands(int stance, int foot);
