@@ -11,13 +11,10 @@ import numpy as np
 from amble.defaults import METHOD, METHODS, Method
 from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
-from amble.gait.linearising_law import InputOutputLinearisation
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability.gain_search import GainSearch
-from amble.stability.landing_orders import orders_of
 from amble.stability.search_start import NEAR, WHOLE, Descents, begin
-from amble.stability.trial import PENALTIES, by_trial
-from amble.stability.weight_search import SIZE_PENALTY, Closed, WeightSearch, least_bound
+from amble.stability.weight_search import Closed, WeightSearch, least_bound
 from amble.types import Vector
 
 SHARES = (1.0, 0.25, 0.0625)
@@ -119,7 +116,6 @@ def stabilization(
     own orbit under the weights found, until that gains less than 10 %. Where nobody says which weights are free, those
     of the base are first; while the spectral radius stays above ``TARGET``, the joints in which the bound is steepest
     are freed as well, ``FREED`` at a time, and the descent goes on from where it stands, until no other weight matters.
-    Where feet land one by one, smaller weights are tried until all changed starts come back (``by_trial``, no proof).
 
     Args:
         gait: the gait; feedback that it already has is replaced.
@@ -140,25 +136,14 @@ def stabilization(
     """
     began = time.perf_counter()
     _require_stabilizable(gait, method)
-    notify, own = progress or silent, gait.control is None or isinstance(gait.control, InputOutputLinearisation)
-    if not ((one_by_one := bool(orders_of(gait))) and own):
-        return _with_penalty(gait, free, notify, near, PENALTIES[0] if one_by_one else SIZE_PENALTY)
-    found = by_trial(lambda penalty: _with_penalty(gait, free, notify, near, penalty), notify)
-    return replace(found, seconds=time.perf_counter() - began)
-
-
-def _with_penalty(
-    gait: Gait, free: Sequence[str] | None, notify: Progress, near: Gait | None, penalty: float
-) -> Stabilized:
-    """Stabilise with one weight of the parameters' size."""
-    began = time.perf_counter()
+    notify = progress or silent
     notify(ProgressReport(what="orbit of the closed loop"))
     start = begin(gait, free, near)
     search, here, freed, descents = start.search, start.closed, start.free, start.descents
     steps, reasons = [_step(0, here, here, began)], list[str]()
     notify(_report(steps[0]))
     while True:
-        search, here = _descended(search, here, steps, reasons, began, notify, (descents, penalty))
+        search, here = _descended(search, here, steps, reasons, began, notify, descents)
         if descents is NEAR and here.radius > TARGET:
             descents = WHOLE
             continue
@@ -210,14 +195,13 @@ def _descended(
     reasons: list[str],
     began: float,
     notify: Progress,
-    how: tuple[Descents, float],
+    descents: Descents,
 ) -> tuple[WeightSearch | GainSearch, Closed]:
     """Descend in what is free; steps, and in one sentence why it stopped, are added to what is handed in."""
     refusals: list[str] = []
-    descents, penalty = how
     reason = f"{descents.rounds} descents done"
     for _ in range(descents.rounds):
-        there = _improved(search, here, steps[0].radius, notify, refusals, (descents.evaluations, penalty))
+        there = _improved(search, here, steps[0].radius, notify, refusals, descents.evaluations)
         if there is None:
             reason = "no step reduces the bound any more"
             break
@@ -251,11 +235,11 @@ def _improved(
     largest: float,
     notify: Progress,
     refusals: list[str],
-    how: tuple[int, float],
+    evaluations: int,
 ) -> Closed | None:
     """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
     try:
-        proposed = least_bound(search.evaluate, here.theta, notify, search.largest, *how)
+        proposed = least_bound(search.evaluate, here.theta, notify, search.largest, evaluations)
     except WorkError as error:
         refusals.append(str(error))
         return None

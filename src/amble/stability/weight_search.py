@@ -45,6 +45,10 @@ TRACE = 1e5
 SIZE_PENALTY = 1e-4
 """Weight of |theta|^2 beside log r: large weights amplify what the model leaves out."""
 
+SIZE_PENALTY_IN_ORDERS = 1e-2
+"""The same where feet land one by one: the model leaves out how long they stay apart. Of 400 starts of ASTRo's trot
+changed by 1e-2 all come back, at a radius of 0.46; with 1e-4 nine of ten do, at 0.36."""
+
 CONDITIONING = 0.1
 """Weight of ``conditioning`` beside log r: on the orbit nearly singular outputs cost nothing, beside it they end the
 motion. Go2's bound came to |Q| = 2400, where no start 1e-5 beside it came back."""
@@ -77,7 +81,6 @@ def least_bound(
     progress: Progress | None = None,
     largest: float | None = None,
     evaluations: int = EVALUATIONS,
-    penalty: float = SIZE_PENALTY,
 ) -> Vector:
     """Descend from theta to parameters of least bound r, by L-BFGS.
 
@@ -87,7 +90,6 @@ def least_bound(
         progress: called after every evaluation.
         largest: bound of every parameter's size; none by default.
         evaluations: of the return map, at most.
-        penalty: weight of |theta|^2 beside log r.
 
     Raises:
         NotSolvedError: the return map of some parameters cannot be computed.
@@ -108,6 +110,7 @@ def least_bound(
                 )
             )
         slope = here.gradient([one.slope / len(found) for one in found])
+        penalty = SIZE_PENALTY if len(found) == 1 else SIZE_PENALTY_IN_ORDERS
         strain, steeper = here.conditioning()
         slope += CONDITIONING * steeper + 2.0 * penalty * trial
         return mean + CONDITIONING * strain + penalty * float(trial @ trial), slope
