@@ -87,6 +87,7 @@ _HOME = {
     "Specification": "amble.synthesis.specification",
     "Spectrum": "amble.stability",
     "Stance": "amble.hybrid",
+    "Style": "amble.gait.style",
     "Symmetry": "amble.hybrid",
     "Table": "amble.report",
     "TimePhase": "amble.control",

@@ -54,6 +54,7 @@ from amble.gait.motion_files import read_motion as read_motion
 from amble.gait.motion_files import recorded_gait as recorded_gait
 from amble.gait.motion_files import write_motion as write_motion
 from amble.gait.plant_errors import PlantErrors as PlantErrors
+from amble.gait.style import Style as Style
 from amble.gait.unilateral_loop import unilateral_loop as unilateral_loop
 from amble.gait.unilateral_state import Push as Push
 from amble.gait.unilateral_state import unilateral_start as unilateral_start
@@ -217,6 +218,7 @@ __all__ = [
     "Specification",
     "Spectrum",
     "Stance",
+    "Style",
     "Symmetry",
     "Table",
     "TimePhase",

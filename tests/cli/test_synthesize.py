@@ -13,6 +13,7 @@ import pytest
 
 from amble.cli.options import is_robot
 from amble.gait.files import load_gait
+from amble.gait.style import Style
 from amble.robot.readers import READERS
 from amble.robot.urdf import read_urdf
 from tests.cli.run import exit_code
@@ -128,3 +129,17 @@ def test_a_robot_is_told_from_a_specification_by_the_formats_that_are_registered
     assert "needs also --feet (by position these may be fl=FL_foot" in capsys.readouterr().err
     assert [is_robot(word) for word in ("a.XML", "a.urdf", "astro")] == [True] * 3
     assert [is_robot(word) for word in ("a.toml", "a.txt")] == [False] * 2
+
+
+def test_a_style_is_asked_for_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the command line, in the specification that `amble init` writes, and in the gait's file."""
+    monkeypatch.chdir(tmp_path)
+    file = str(urdf("planar_biped"))
+    asked = ("--feet", "l=l_foot,r=r_foot", "--gait", "walk", "--speed", "0.5", "--cost", "style:attitude=10,power=0.1")
+    assert exit_code("init", file, *asked) == 0
+    assert 'name = "style"\nparameters = { torques = 1.0, power = 0.1, ' in Path("spec.toml").read_text()
+    assert exit_code("synthesize", "spec.toml") == 0
+    assert load_gait("gait.json").cost == Style(attitude=10.0, power=0.1)
+    assert exit_code("synthesize", "spec.toml", "--cost", "style") == 2
+    assert exit_code("init", file, *asked[:-1], "style:power=-1") == 2
+    assert exit_code("init", file, *asked[:-1], "stile") == 2

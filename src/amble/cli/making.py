@@ -22,6 +22,7 @@ def init(
     speed: Annotated[str | None, options.SPEED] = None,
     lateral: Annotated[str | None, options.LATERAL] = None,
     yaw_rate: Annotated[str | None, options.YAW_RATE] = None,
+    cost: Annotated[str | None, options.COST] = None,
     feet: Annotated[str | None, options.FEET] = None,
     symmetrize: Annotated[bool | None, options.SYMMETRIZE] = None,
     out: Annotated[Path, typer.Option(help="Where to write the specification.")] = Path("spec.toml"),
@@ -34,7 +35,7 @@ def init(
     from amble.synthesis.specified import problem_of
     from amble.workflow.proposal import written
 
-    asked = options.specification(robot, feet, gait, speed, symmetrize, True, lateral, yaw_rate)
+    asked = options.specification(robot, feet, gait, speed, symmetrize, True, lateral, yaw_rate, cost)
     problem = problem_of(asked)
     if feet is None and asked.robot.feet:
         listing = ", ".join(f"{label} = {frame}" for label, frame in asked.robot.feet.items())
@@ -69,6 +70,7 @@ def synthesize(
     speed: Annotated[str | None, options.SPEED] = None,
     lateral: Annotated[str | None, options.LATERAL] = None,
     yaw_rate: Annotated[str | None, options.YAW_RATE] = None,
+    cost: Annotated[str | None, options.COST] = None,
     symmetrize: Annotated[bool | None, options.SYMMETRIZE] = None,
 ) -> None:
     """Find the gait that a specification describes, or that of a robot by default."""
@@ -77,11 +79,11 @@ def synthesize(
     from amble.workflow.specified import GaitNotCheckedError, pose, solve
 
     if options.is_robot(spec):
-        posed = pose(options.specification(spec, feet, gait, speed, symmetrize, False, lateral, yaw_rate))
-    elif any(option is not None for option in (feet, gait, speed, symmetrize, lateral, yaw_rate)):
+        posed = pose(options.specification(spec, feet, gait, speed, symmetrize, False, lateral, yaw_rate, cost))
+    elif any(option is not None for option in (feet, gait, speed, symmetrize, lateral, yaw_rate, cost)):
         raise InputError(
             f"'{shown(spec)}' is a specification, which holds feet, gait and speed itself; --feet, --gait, --speed, "
-            "--lateral-speed, --yaw-rate and --symmetrize belong to a robot (URDF file or name of the catalogue)"
+            "--lateral-speed, --yaw-rate, --symmetrize and --cost belong to a robot (a file or a name of the catalogue)"
         )
     else:
         posed = pose(Path(spec))

@@ -29,6 +29,11 @@ GAIT = typer.Option("--gait", help="Gait, by name.", show_default=False)
 SPEED = typer.Option("--speed", help="Mean forward velocity, m/s, or with a unit.", show_default=False)
 LATERAL = typer.Option("--lateral-speed", help="Mean velocity to the left, m/s, or with a unit.", show_default="0")
 YAW_RATE = typer.Option("--yaw-rate", help="Mean rate of the heading, rad/s, or with a unit.", show_default="0")
+COST = typer.Option(
+    "--cost",
+    help="What is minimised, such as style:power=0.1,attitude=10; the weights are in `[cost]` of a specification.",
+    show_default="torque squared",
+)
 SYMMETRIZE = typer.Option(
     "--symmetrize/--no-symmetrize",
     help="Average left and right inertias; where nothing is said, up to 5 % asymmetry and with a notice.",
@@ -59,6 +64,7 @@ def specification(
     propose: bool,
     lateral: str | None = None,
     yaw_rate: str | None = None,
+    cost: str | None = None,
 ) -> Specification:
     """Return the specification that the options make.
 
@@ -70,6 +76,7 @@ def specification(
         symmetrize: whether left and right inertias are averaged.
         lateral: the text of ``--lateral-speed``.
         yaw_rate: the text of ``--yaw-rate``.
+        cost: the text of ``--cost``.
         propose: take feet by position where none are named; else say which these would be.
 
     Raises:
@@ -104,6 +111,7 @@ def specification(
         symmetrize,
         lateral_speed=_speed(lateral or "0"),
         yaw_rate=_speed(yaw_rate or "0"),
+        cost=None if cost is None else _parts(cost, "cost"),
     )
 
 
@@ -158,15 +166,15 @@ def under(gait: Gait, control: str | None) -> Gait:
     return gait if control is None else replace(gait, control=parse_control(control))
 
 
-def _parts(text: str) -> tuple[str, dict[str, Any]]:
-    """Split a word into name and parameters."""
+def _parts(text: str, what: str = "law") -> tuple[str, dict[str, Any]]:
+    """Split a word into name and parameters; ``what`` it is, for the sentence."""
     name, _, rest = text.partition(":")
     parameters: dict[str, Any] = {}
     for part in filter(None, _split(rest)):
         key, mark, value = part.partition("=")
         if not mark:
-            raise InputError(f"law '{shown(text)}': '{shown(part)}' is not key=value")
-        parameters[key.strip()] = _value(value.strip(), f"law '{shown(text)}'")
+            raise InputError(f"{what} '{shown(text)}': '{shown(part)}' is not key=value")
+        parameters[key.strip()] = _value(value.strip(), f"{what} '{shown(text)}'")
     return name, parameters
 
 

@@ -19,6 +19,7 @@ from amble.gait.impedance import Impedance  # noqa: F401  (registers it)
 from amble.gait.limits import Limits
 from amble.gait.linearising_law import LINEARISATION, InputOutputLinearisation
 from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, SolverReport
+from amble.gait.style import Style  # noqa: F401  (registers it)
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.contact import AXES
 from amble.hybrid.landing import LANDING_RULES

@@ -11,6 +11,7 @@ import casadi as ca
 
 from amble.hybrid import Contacts
 from amble.io.registry import Registry
+from amble.robot import Robot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +45,8 @@ class Instant:
 class Cost(ABC):
     """A running cost L; the gait problem minimises 1/T sum of the integrals of L over its domains, T their duration.
 
+    A cost may also have a part for every landing and a weight on the rates of the torques; both count under the sum.
+
     A cost is immutable and hashable, has two derivatives everywhere, and in a mirrored gait is the same for a motion
     and its mirror image, since only half of the gait is solved.
 
@@ -71,6 +74,23 @@ class Cost(ABC):
     @abstractmethod
     def running(self, instant: Instant) -> ca.SX:
         """Write L, a scalar."""
+
+    def landing(self, contacts: Contacts, feet: tuple[str, ...], q: ca.SX, v: ca.SX) -> ca.SX:
+        """Write what a landing costs, a scalar, in the unit of L times s; nothing by default.
+
+        Args:
+            contacts: the stance feet on the ground before it, with the robot.
+            feet: the feet that land.
+            q: coordinates there, (n_q,).
+            v: their rates just before the impact, (n_q,).
+        """
+        del contacts, feet, q, v
+        return ca.SX(1, 1)
+
+    def torque_rate(self, robot: Robot) -> float:
+        """Return the weight of |du/dt|^2 in L, 1 / (N m)^2 s^2 times its unit; zero by default."""
+        del robot
+        return 0.0
 
 
 @dataclass(frozen=True)

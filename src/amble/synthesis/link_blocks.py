@@ -27,11 +27,15 @@ from amble.synthesis.rows import RowGroup, RowKind
 
 NO_COST = ca.SX(1, 1)
 
+STIFFNESS = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / 3.0
+"""The integral of f'^2 over an interval of length h is f^T STIFFNESS f / h of the parabola through f at three nodes."""
 
-def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
+
+def defect_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Block:
     """Collocation: every inner and end node of an interval follows from its rates (``HERMITE_SIMPSON``).
 
-    Coordinates under control lie on their curves and need no rows here.
+    Coordinates under control lie on their curves and need no rows here. The rates of the torques cost what the cost
+    says.
     """
     controlled = output_indices(problem, domain)
     free = [k for k in range(problem.pattern.robot.size) if k not in controlled]
@@ -51,15 +55,23 @@ def defect_block(problem: GaitProblem, domain: DomainLayout) -> Block:
     columns = [kind[step][:, free] for kind in (domain.q, domain.v, domain.a) for step in steps]
     count = problem.intervals
     zeros = np.zeros((count, len(labels)))
+    columns.append(np.tile(domain.duration, (count, 1)))
+    variables, cost = [ca.vec(q), ca.vec(v), ca.vec(a), T], NO_COST
+    weight = problem.cost.torque_rate(problem.pattern.robot)
+    if weight:
+        u, period = ca.SX.sym("u", domain.u.shape[1], stages), ca.SX.sym("period")
+        cost = weight * ca.trace(u @ ca.DM(STIFFNESS) @ u.T) / (T * part * period)
+        variables += [ca.vec(u), period]
+        columns += [*(domain.u[step] for step in steps), np.tile(layout.period, (count, 1))]
     return Block(
         name=f"defect_{identifier(domain.stance.name)}",
-        variables=ca.vertcat(ca.vec(q), ca.vec(v), ca.vec(a), T),
+        variables=ca.vertcat(*variables),
         constants=part,
         parameters=ProgramParameters.symbols().packed(),
         rows=ca.vertcat(*rows),
-        cost=NO_COST,
+        cost=cost,
         labels=tuple(labels),
-        columns=np.hstack([*columns, np.tile(domain.duration, (count, 1))]),
+        columns=np.hstack(columns),
         values=np.full((count, 1), 1.0 / count),
         places=tuple(f"{domain.stance.name} interval {k}" for k in range(count)),
         lower=zeros,
@@ -151,7 +163,9 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         constants=ca.SX(0, 1),
         parameters=parameters.packed(),
         rows=ca.vertcat(*(row for group in groups for row in group.rows)),
-        cost=NO_COST,
+        cost=problem.cost.landing(pattern.contacts(switch.source), switch.landing, *before) / symbols.period
+        if switch.landing
+        else NO_COST,
         labels=tuple(label for group in groups for label in group.labels),
         columns=np.concatenate(columns)[None, :],
         values=np.zeros((1, 0)),

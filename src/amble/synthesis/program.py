@@ -127,7 +127,7 @@ def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:
     for number, domain in enumerate(layout.domains):
         blocks += [
             node_block(problem, layout, domain),
-            defect_block(problem, domain),
+            defect_block(problem, layout, domain),
             switch_block(problem, layout, number),
             *landing_blocks(problem, layout, number),
         ]

@@ -14,6 +14,7 @@ from amble.errors import InputError, UnknownNameError, listed
 from amble.gait import Limits
 from amble.gait.cost import COSTS
 from amble.gait.limits import Interval
+from amble.gait.style import Style  # noqa: F401  (registers it)
 from amble.hybrid import CONTACTS, GROUNDS, Contact, Footfall, GaitPattern, Ground, gait_pattern, stance_table
 from amble.hybrid.gaits import GAITS
 from amble.robot import Adaptation, Payload, Robot, catalogue, load_robot

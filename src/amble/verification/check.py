@@ -122,6 +122,7 @@ def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Re
 
     if gait.cost != TORQUE_SQUARED:
         total = sum(float(simpson(_running(gait, domain), x=domain.times)) for domain in domains)
+        total += sum(_landing(gait, domain) + _torque_rates(gait, domain) for domain in domains)
         difference = total / sum(domain.trajectory.duration for domain in domains) - gait.solver.objective
         name, scale = f"mean of the cost '{gait.cost.name}' less the solver's", 1.0 + abs(gait.solver.objective)
         return residuals("cost", [name], np.array([difference]), np.array([np.nan]), tolerance, scale)
@@ -147,3 +148,26 @@ def _running(gait: Gait, domain: SampledDomain) -> NodeValues:
     durations = np.full((len(domain.times), 1), domain.trajectory.duration)
     columns = (domain.positions, domain.velocities, motion.accelerations, motion.torques, motion.forces, durations)
     return np.asarray(running.map(len(domain.times))(*[values.T for values in columns])).ravel()
+
+
+def _landing(gait: Gait, domain: SampledDomain) -> float:
+    """What the landing that ends a domain costs."""
+    if not domain.switch.landing:
+        return 0.0
+    q, v = ca.SX.sym("q", gait.robot.size), ca.SX.sym("v", gait.robot.size)
+    cost = gait.cost.landing(domain.contacts, domain.switch.landing, q, v)
+    return float(ca.Function("landing", [q, v], [cost])(domain.positions[-1], domain.velocities[-1]))
+
+
+def _torque_rates(gait: Gait, domain: SampledDomain) -> float:
+    """What the rates of the torques cost: of the parabola through the three nodes of every interval."""
+    weight, total = gait.cost.torque_rate(gait.robot), 0.0
+    if not weight:
+        return total
+    torques, times = domain.motion.torques[domain.nodes], domain.trajectory.times
+    for first in range(0, len(times) - 2, 2):
+        t, u = times[first : first + 3], torques[first : first + 3]
+        quadratic, linear, _ = np.polyfit(t - t[0], u, 2)
+        rates = 2.0 * quadratic * (t - t[0])[:, None] + linear
+        total += float((t[2] - t[0]) / 6.0 * np.array([1.0, 4.0, 1.0]) @ np.sum(rates**2, axis=1))
+    return weight * total

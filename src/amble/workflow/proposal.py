@@ -31,6 +31,7 @@ def described(
     *,
     lateral_speed: float | str = 0.0,
     yaw_rate: float | str = 0.0,
+    cost: tuple[str, Mapping[str, Any]] | None = None,
 ) -> Specification:
     """Return the specification of a robot's gait in which everything else has its default.
 
@@ -42,6 +43,7 @@ def described(
         symmetrize: as in ``[robot]``.
         lateral_speed: to the left, m/s, or text with a unit.
         yaw_rate: rad/s, or text with a unit.
+        cost: name of a registered cost and its parameters; the squared torques by default.
 
     Raises:
         InputError: a value cannot be used.
@@ -56,7 +58,10 @@ def described(
     if symmetrize is not None:
         section["symmetrize"] = symmetrize
     asked = {"name": gait, "speed": speed, "lateral_speed": lateral_speed, "yaw_rate": yaw_rate}
-    return specification_of({"robot": section, "gait": asked}, Path(robot).name)
+    whole: dict[str, Any] = {"robot": section, "gait": asked}
+    if cost is not None:
+        whole["cost"] = {"name": cost[0], "parameters": dict(cost[1])}
+    return specification_of(whole, Path(robot).name)
 
 
 def written(specification: Specification, problem: GaitProblem, folder: str | Path = ".") -> str:
@@ -98,6 +103,11 @@ def written(specification: Specification, problem: GaitProblem, folder: str | Pa
         "",
         "[law]",
         f"name = {_text(problem.law.name)}",
+        "",
+        "[cost]  # minimised: the squared torques, or a style whose weights make their own terms smaller",
+        f"name = {_text(problem.cost.name)}",
+        f"parameters = {_table(problem.cost.parameters)}",
+        *(() if problem.cost.name == "style" else STYLE_EXAMPLE),
         "",
         *_limits(limits, problem),
         "",
@@ -145,6 +155,10 @@ EXAMPLES = {
     "friction_width": "0.5  # rad/s over which dry friction changes its sign",
 }
 """What may be changed of a file's robot and is not by default: written as comments."""
+
+
+STYLE_EXAMPLE = ('# name = "style"', "# parameters = { power = 0.1, attitude = 10.0, touchdown_speed = 0.01 }")
+"""Another cost, as comments."""
 
 
 def _adaptation(section: RobotSection) -> list[str]:
