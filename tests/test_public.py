@@ -153,7 +153,13 @@ def test_the_long_code_of_the_readme_runs_on_a_stored_gait(
     assert names["trace"].cycles == 500
 
 
-@pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
+EXAMPLES = [
+    pytest.param(path, marks=pytest.mark.slow if path.stem == "mujoco_walk" else (), id=path.stem)
+    for path in sorted((ROOT / "examples").glob("*.py"))
+]
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_runs(example: Path) -> None:
     done = subprocess.run([sys.executable, str(example)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
