@@ -119,6 +119,19 @@ def test_an_early_foot_ends_the_stance(walk: Walk) -> None:
     assert walk.c.stance == 1
 
 
+def test_a_window_keeps_an_early_foot_waiting(folder: Path, tmp_path: Path, stabilised_gait: Gait) -> None:
+    library = ctypes.CDLL(str(built(folder, tmp_path / "c.so", "-shared", "-fPIC", "-DAMBLE_EARLIEST=0.5")))
+    walk = Walk(library, stabilised_gait)
+    here, after = walk.stances[:2]
+    both = [a or b for a, b in zip(here, after, strict=True)]
+    walk.tick(here, 2)
+    opens = 0.5 * walk.durations[0]
+    walk.tick(both, int(opens / TICK) - 3)
+    assert walk.c.stance == 0
+    walk.tick(both, 3)
+    assert walk.c.stance == 1
+
+
 def test_a_contact_that_does_not_come_is_waited_for(walk: Walk) -> None:
     here, after = walk.stances[:2]
     both = [a or b for a, b in zip(here, after, strict=True)]

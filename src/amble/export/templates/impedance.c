@@ -113,6 +113,7 @@ static int between_landings(int stance) { return stance >= AMBLE_GAIT_STANCES; }
 /* Pass one switch that the feet ask for; whether there was one. A foot lands where it is down after it was up. */
 static int switched(amble_controller *c) {
   int i, here = c->stance;
+  if (!between_landings(here) && c->clock < (real)AMBLE_EARLIEST * DURATION[LAW_OF[here]]) return 0;
   for (i = 0; i < SWITCHES; i++) {
     unsigned landing = SWITCH[i].landing;
     if (SWITCH[i].source != here) continue;

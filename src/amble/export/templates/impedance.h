@@ -38,8 +38,14 @@ typedef double AMBLE_REAL;
 #ifndef AMBLE_CONFIRM_TIME
 #define AMBLE_CONFIRM_TIME 0.0
 #endif
-/* Share of the planned duration from which a stance counts as late: @HOLD@, where the references stand still. A contact that does not come
- * leaves the controller there, with the status LATE at every tick; what then is to be done is the caller's decision. */
+/* Share of the planned duration before which no stance of the gait ends; a foot that is down by then ends it there. 0 is
+ * the rule of the simulation and of the certificate; a floor that feet scuff over early in the swing may want more. */
+#ifndef AMBLE_EARLIEST
+#define AMBLE_EARLIEST 0.0
+#endif
+/* Share of the planned duration from which a stance counts as late: @HOLD@, where the references stand still. A contact
+ * that does not come leaves the controller there, with the status LATE at every tick; what then is to be done is the
+ * caller's decision. */
 
 /* Share of a joint's fastest rate from which its motor gives less torque along the rate: the limit falls in a line to 0
  * at the fastest rate (against it the motor brakes with its whole limit). 1 leaves the limit as it is. */
