@@ -31,7 +31,8 @@ def test_the_written_specification_poses_the_same_problem(name: str, gait: str, 
     file.write_text(written(asked, problem, tmp_path))
     again = read_specification(file)
     assert problem_of(again, tmp_path) == problem
-    assert {"robot", "gait", "ground", "outputs", "law", "limits", "posture", "solver"} == again.model_fields_set
+    sections = {"robot", "gait", "ground", "outputs", "law", "cost", "limits", "posture", "solver"}
+    assert sections == again.model_fields_set
 
 
 ADAPTED = """
