@@ -59,3 +59,11 @@ def test_what_is_no_library_is_one_sentence(tmp_path: Path, capsys: pytest.Captu
     assert exit_code("library", str(spec), "--out", str(tmp_path / "out")) == 2
     assert "has no [library.axes]" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("workers", ["0", "-1", "257", "1.5", "slurm", "9" * 30, "²"])
+def test_workers_that_cannot_be(workers: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ("library", str(tmp_path / "x.toml"), "--out", str(tmp_path / "out"), "--workers", workers)
+    assert exit_code(*arguments) == 2
+    assert "workers" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

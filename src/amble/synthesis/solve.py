@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -39,14 +38,20 @@ IPOPT_OPTIONS: dict[str, Any] = {
     "sb": "yes",
 }
 
+CONTINUED: dict[str, Any] = {
+    "mu_max": 1e5,  # as where IPOPT's own run begins
+    **{
+        f"warm_start_{push}": 1e-9
+        for push in ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
+    },
+}
+"""Options of a run that goes on where another one stopped: the iterate stays where it is."""
+
 SOLVED = ("Solve_Succeeded",)
 ROUNDING = 1e-9
 """How far a scaled start value may lie outside its bounds without being counted as moved."""
 
 MOST_ITERATIONS = 1_000_000
-
-WARM_ITERATIONS = 40
-"""A warm start that needs more was not near: ASTRo's amble from 0.2 to 0.25 m/s takes 14, a cold start 36."""
 
 
 @dataclass(frozen=True)
@@ -114,25 +119,31 @@ def ipopt(
         most_iterations: give up after so many.
         progress: called after every iteration.
 
-    KKT systems are solved by their structure (``structured_kkt``). Where that is not possible, or a system is refused
-    on the way, IPOPT starts again with MUMPS; the report says which it was, and why. Its iterations are those of the
-    last run, its seconds those of both.
+    KKT systems are solved by their structure (``structured_kkt``). Where that is not possible MUMPS solves them; where
+    a system is refused on the way, IPOPT goes on with MUMPS from the last iterate and its multipliers. The report says
+    which it was, and why; iterations and seconds are those of both.
 
     Raises:
         KeyboardInterrupt: Ctrl-C arrived; the solver has stopped at the end of its iteration.
     """
-    seconds = 0.0
+    first: _End | None = None
     try:
         with structured_kkt(program) as kkt:
-            found = _run(program, start, {**kkt.options, **_limits(tolerance, most_iterations)}, progress)
-            refusal, seconds = kkt.refusal, found.report.seconds
+            first = _run(program, start, {**kkt.options, **_limits(tolerance, most_iterations)}, progress)
+            refusal = kkt.refusal
     except UnavailableError as error:
         refusal = str(error)
-    if not refusal:
-        return _reported(found, "structured", 0.0)
+    if first is not None and not refusal:
+        return _reported(first.solution, "structured")
     logger.info("MUMPS solves the KKT systems: %s", refusal)
-    found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
-    return _reported(found, f"MUMPS ({refusal})", seconds)
+    done = 0 if first is None else first.solution.report.iterations
+    options = {**MUMPS_OPTIONS, **_limits(tolerance, max(most_iterations - done, 1))}
+    if first is None or done == 0 or not first.usable:
+        last = _run(program, start, options, progress)
+    else:
+        last = _run(program, first.start, {**options, **CONTINUED}, progress)
+        last = replace(last, solution=replace(last.solution, warm=first.solution.warm))
+    return _reported(last.solution, f"MUMPS ({refusal})", None if first is None else first.solution.report)
 
 
 def ipopt_mumps(
@@ -144,7 +155,7 @@ def ipopt_mumps(
 ) -> Solution:
     """Solve by IPOPT with MUMPS alone; see ``ipopt``."""
     found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
-    return _reported(found, "MUMPS", 0.0)
+    return _reported(found.solution, "MUMPS")
 
 
 SOLVERS.register("ipopt", ipopt)
@@ -155,19 +166,37 @@ def _limits(tolerance: float, most_iterations: int) -> dict[str, Any]:
     return {"tol": tolerance, "max_iter": most_iterations}
 
 
-def _reported(found: Solution, linear_solver: str, seconds: float) -> Solution:
-    """Add the linear solver, and seconds spent before."""
-    report = replace(found.report, linear_solver=linear_solver, seconds=found.report.seconds + seconds)
+def _reported(found: Solution, linear_solver: str, before: SolverReport | None = None) -> Solution:
+    """Add the linear solver, and iterations and seconds spent before."""
+    report = replace(found.report, linear_solver=linear_solver)
+    if before is not None:
+        iterations, seconds = report.iterations + before.iterations, report.seconds + before.seconds
+        report = replace(report, iterations=iterations, seconds=seconds)
     return replace(found, report=report)
 
 
-def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Progress | None) -> Solution:
-    """One run of IPOPT with further options."""
+@dataclass(frozen=True)
+class _End:
+    """The end of a run: its solution, and the iterate with all digits of its multipliers, solved or not."""
+
+    solution: Solution
+    start: Start
+
+    @property
+    def usable(self) -> bool:
+        """Whether another run can go on from here."""
+        known = self.start.multipliers
+        parts = [self.start.variables, *([] if known is None else [known.bounds, known.rows])]
+        return all(bool(np.all(np.isfinite(part))) for part in parts)
+
+
+def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Progress | None) -> _End:
+    """One run of IPOPT with further options, which go before those of a warm start."""
     nlp = program.program
     inside, projected = _projected(program, start.variables)
     watch, warm = Watch(program, progress, projected), start.multipliers
     derivatives = {"grad_f": nlp.gradient, "jac_g": nlp.jacobian, "hess_lag": nlp.hessian}
-    ipopt_options = {**IPOPT_OPTIONS, **more, **_warm_options(warm)}
+    ipopt_options = {**IPOPT_OPTIONS, **_warm_options(warm), **more}
     options = {**NLP_OPTIONS, **derivatives, "iteration_callback": watch, "ipopt": ipopt_options}
     solver = ca.nlpsol("gait", "ipopt", nlp.nlp, options)
     began = time.perf_counter()
@@ -186,17 +215,19 @@ def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Pro
     seconds = time.perf_counter() - began
     stats = solver.stats()
     status = str(stats["return_status"])
+    reached, multipliers = np.array(result["x"]).ravel(), [np.array(result[key]).ravel() for key in ("lam_x", "lam_g")]
     found = finished(
         program,
-        np.array(result["x"]).ravel(),
+        reached,
         solver="ipopt",
         status=status,
         solved=status in SOLVED,
         iterations=int(stats["iter_count"]),
         seconds=seconds,
-        multipliers=(np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()),
+        multipliers=(multipliers[0], multipliers[1]),
     )
-    return replace(found, warm=warm is not None, projected=projected)
+    found = replace(found, warm=warm is not None, projected=projected)
+    return _End(found, Start(reached, LagrangeMultipliers(*map(frozen, multipliers))))
 
 
 def finished(
@@ -236,45 +267,6 @@ def finished(
     kept = None if multipliers is None or not solved else LagrangeMultipliers(*map(_rounded, multipliers))
     rows = violated_rows(program, variables, values)
     return Solution(variables=variables, multipliers=kept, report=report, rows=rows, solved=solved)
-
-
-def solve_near(
-    solve: Solver,
-    program: GaitProgram,
-    near: Start | None,
-    far: Callable[[], Start],
-    tolerance: float,
-    most_iterations: int,
-    progress: Progress | None = None,
-) -> Solution:
-    """Solve from a neighbour's solution with its multipliers; where it was not near, once more from another start.
-
-    Args:
-        solve: the solver.
-        program: the transcribed problem.
-        near: a neighbour's solution, with its multipliers where they fit; None where there is none.
-        far: returns the other start, which needs no multipliers.
-        tolerance: IPOPT's overall tolerance on the scaled problem.
-        most_iterations: give up after so many in both tries together.
-        progress: called after every iteration.
-
-    Returns:
-        The last try, with the iterations and seconds of both.
-    """
-    if near is None:
-        return solve(program, far(), tolerance, most_iterations, progress)
-    few = most_iterations if near.multipliers is None else min(most_iterations, WARM_ITERATIONS)
-    first = solve(program, near, tolerance, few, progress)
-    left = most_iterations - first.report.iterations
-    if first.solved or left <= 0:
-        return first
-    second = solve(program, replace(far(), multipliers=None), tolerance, left, progress)
-    report = replace(
-        second.report,
-        iterations=first.report.iterations + second.report.iterations,
-        seconds=first.report.seconds + second.report.seconds,
-    )
-    return replace(second, report=report)
 
 
 def _projected(program: GaitProgram, variables: Vector) -> tuple[Vector, int]:

@@ -14,7 +14,8 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Start, solve_near
+from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Start
+from amble.synthesis.solve_near import solve_near
 from amble.synthesis.synthesize import fitting, require_independent_rows
 
 

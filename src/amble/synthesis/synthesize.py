@@ -18,7 +18,8 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, Structure, build_program, on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Solution, Start, solve_near
+from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Solution, Start
+from amble.synthesis.solve_near import solve_near
 from amble.types import Vector
 
 logger = logging.getLogger("amble")

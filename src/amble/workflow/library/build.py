@@ -7,12 +7,14 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Literal
 
 from amble.amounts import check_amount
 from amble.errors import InputError, printable
 from amble.progress import Progress, ProgressReport, silent
 from amble.types import Json
 from amble.workflow.library.axes import LibrarySpecification, label, read_library
+from amble.workflow.library.cluster import run_on_cluster
 from amble.workflow.library.entry import STAGES, Made
 from amble.workflow.library.files import HEADER, Library, claim_folder, load_library, write_entry, write_tables
 from amble.workflow.library.grid import Point
@@ -25,6 +27,9 @@ try:
 except ImportError:  # a system without advisory locks
     fcntl = None  # type: ignore[assignment]
 
+LOCKS = "chains"
+"""Folder of the locks of chains."""
+
 MOST_WORKERS = 256
 """Processes on one machine."""
 
@@ -33,7 +38,7 @@ def build_library(
     specification: str | Path,
     out: str | Path,
     *,
-    workers: int = 1,
+    workers: int | Literal["hyperqueue"] = 1,
     again: bool = False,
     plugins: Sequence[str] = (),
     progress: Progress | None = None,
@@ -48,7 +53,8 @@ def build_library(
     Args:
         specification: a specification file with a table ``[library]``.
         out: the folder.
-        workers: how many processes.
+        workers: how many processes on this machine; or "hyperqueue": the server of a cluster runs the chains of
+            neighbours (``cluster``).
         again: try again what failed.
         plugins: modules, or Python files, that every process imports first.
         progress: called with what is being done, and with the files that were written.
@@ -58,7 +64,8 @@ def build_library(
         InputError: the specification, the folder or a number cannot be used, or another run is at work in the folder.
         WorkError: the processes cannot be started.
     """
-    check_amount("workers", workers, 1, MOST_WORKERS)
+    if workers != "hyperqueue":
+        check_amount("workers", workers, 1, MOST_WORKERS)
     notify, folder = progress or silent, Path(out)
     library = read_library(specification)
     library.problem(library.grid.at(library.grid.first))  # what is wrong with all of them is said at once
@@ -66,14 +73,15 @@ def build_library(
     heads = chains(library)
     if chain is not None and not 0 <= chain < len(heads):
         raise InputError(f"there is no chain {chain}; the library has chains 0 to {len(heads) - 1}")
-    with _alone(folder, shared=chain is not None):
-        way = Way(folder, library.grid, again, None if chain is None else heads[chain])
-        worker = [sys.executable, "-m", "amble.workflow.library.worker", str(os.getpid())]
-        command = [*worker, str(specification), str(folder), *plugins]
-        _make(library, folder, way, command, workers, notify)
-        if chain is None:
-            return finish(folder, notify)
-        return load_library(folder)
+    with _alone(folder, shared=chain is not None or workers == "hyperqueue"), _one_of(folder, chain):
+        if workers == "hyperqueue" and chain is None:
+            run_on_cluster(library, heads, Path(specification), folder, plugins, again, notify)
+        else:
+            way = Way(folder, library.grid, again, None if chain is None else heads[chain])
+            worker = [sys.executable, "-m", "amble.workflow.library.worker", str(os.getpid())]
+            command = [*worker, str(specification), str(folder), *plugins]
+            _make(library, folder, way, command, 1 if workers == "hyperqueue" else workers, notify)
+        return finish(folder, notify) if chain is None else load_library(folder)
 
 
 def finish(folder: Path, notify: Progress) -> Library:
@@ -116,6 +124,23 @@ def _make(
         say(point, reason)
 
     run_pool(command, workers, library.time_limit, Work(next=way.next, task=task, done=done, lost=lost, tell=say))
+
+
+@contextlib.contextmanager
+def _one_of(folder: Path, chain: int | None) -> Iterator[None]:
+    """Let one process at a time make a chain: one whose worker was lost may still be at it."""
+    if fcntl is None or chain is None:
+        yield
+        return
+    place = folder / LOCKS / f"{chain}.lock"
+    place.parent.mkdir(exist_ok=True)
+    lock = os.open(place, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    try:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(lock)
 
 
 @contextlib.contextmanager
