@@ -79,6 +79,7 @@ _HOME = {
     "Push": "amble.gait.unilateral_state",
     "READERS": "amble.robot",
     "ReplayPage": "amble.view",
+    "ReferenceMotion": "amble.analysis",
     "Robot": "amble.robot",
     "Robustness": "amble.stability.robustness",
     "Run": "amble.workflow",
@@ -130,6 +131,7 @@ _HOME = {
     "read_motion": "amble.gait.motion_files",
     "read_specification": "amble.synthesis.specification",
     "recorded_gait": "amble.gait.motion_files",
+    "reference_motion": "amble.analysis",
     "refine": "amble.synthesis",
     "replay": "amble.view",
     "reproduce": "amble.workflow",
@@ -151,6 +153,7 @@ _HOME = {
     "unilateral_start": "amble.gait.unilateral_state",
     "validate": "amble.validation",
     "write_motion": "amble.gait.motion_files",
+    "write_reference": "amble.analysis",
     "write_run": "amble.report.run",
 }
 """Public name -> module that holds it, or that it is."""

@@ -5,10 +5,13 @@ from amble.analysis import Comparison as Comparison
 from amble.analysis import ContactBounds as ContactBounds
 from amble.analysis import ContactReport as ContactReport
 from amble.analysis import LawChoice as LawChoice
+from amble.analysis import ReferenceMotion as ReferenceMotion
 from amble.analysis import compare_laws as compare_laws
 from amble.analysis import contact_report as contact_report
 from amble.analysis import every_law as every_law
 from amble.analysis import monitors as monitors
+from amble.analysis import reference_motion as reference_motion
+from amble.analysis import write_reference as write_reference
 from amble.control import LAWS as LAWS
 from amble.control import PHASES as PHASES
 from amble.control import Outputs as Outputs
@@ -210,6 +213,7 @@ __all__ = [
     "ProgressReport",
     "PseudoInverse",
     "Push",
+    "ReferenceMotion",
     "ReplayPage",
     "Robot",
     "Robustness",
@@ -262,6 +266,7 @@ __all__ = [
     "read_motion",
     "read_specification",
     "recorded_gait",
+    "reference_motion",
     "refine",
     "replay",
     "reproduce",
@@ -283,5 +288,6 @@ __all__ = [
     "unilateral_start",
     "validate",
     "write_motion",
+    "write_reference",
     "write_run",
 ]

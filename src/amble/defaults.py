@@ -29,3 +29,8 @@ GRID = 4
 
 ENGINE = "native"
 """What moves the system in a simulation."""
+
+Order = Literal["mujoco", "file"]
+"""Order of joints and bodies: depth first from the base, as MuJoCo has them, or that of the robot's file."""
+
+ORDERS: tuple[Order, ...] = get_args(Order)

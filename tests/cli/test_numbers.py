@@ -30,6 +30,7 @@ NUMBERS: dict[tuple[str, str], tuple[tuple[str, ...], tuple[str, ...]]] = {
     ("reproduce", "tolerance"): (("reproduce",), ("0", "nan", "inf", "-1")),
     ("validate", "cycles"): (MOVED, ("0", "-1", "10001", "1" + "0" * 20)),
     ("validate", "seed"): ((*MOVED, "--cycles", "1"), ("-1", "1.5")),
+    ("export", "cycles"): (("export", GAIT, "--rate", "100", "--out", "x.npz"), ("0", "-1", "1.5", "10001", HUGE)),
     ("prove", "bits"): (("prove", f"{WHEEL}:rolling"), ("0", "63", "1025", HUGE)),
     ("prove", "order"): (("prove", f"{WHEEL}:rolling"), ("3", "41", HUGE)),
     ("prove", "basin"): (("prove", f"{WHEEL}:rolling"), ("-1", "2", "nan", "inf")),

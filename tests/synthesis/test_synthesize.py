@@ -186,7 +186,7 @@ def test_a_start_that_is_not_near_is_tried_again_without_its_multipliers(
     coarse_gait: Gait, small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One warm iteration is too few for any start; all iterations are counted."""
-    monkeypatch.setattr(sys.modules["amble.synthesis.solve"], "WARM_ITERATIONS", 1)
+    monkeypatch.setattr(sys.modules["amble.synthesis.solve_near"], "WARM_ITERATIONS", 1)
     neighbour = replace(small_problem, speed=small_problem.speed - 0.01)
     found = synthesize(neighbour, start=coarse_gait)
     bare = synthesize(neighbour, start=replace(coarse_gait, multipliers=None))

@@ -17,6 +17,7 @@ from amble.analysis.laws import (
 from amble.analysis.limit_use import AllocationLimits, LimitUse
 from amble.analysis.motion import Motion
 from amble.analysis.reallocation import Allocated, reallocate
+from amble.analysis.reference import ReferenceMotion, reference_motion, write_reference
 from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace
 from amble.analysis.survival import survived_cycles
 
@@ -31,6 +32,7 @@ __all__ = [
     "LimitUse",
     "Motion",
     "Reduction",
+    "ReferenceMotion",
     "Samples",
     "TorqueMetrics",
     "actuators_for",
@@ -43,9 +45,11 @@ __all__ = [
     "monitors",
     "paper_laws",
     "reallocate",
+    "reference_motion",
     "samples_of_gait",
     "samples_of_trace",
     "survived_cycles",
     "torque_metrics",
     "with_laws",
+    "write_reference",
 ]

@@ -12,7 +12,7 @@ from amble.cli import options
 from amble.cli.console import progress
 from amble.cli.lines import show_simulated, show_switches
 from amble.cli.output import result, show, wrote
-from amble.defaults import CYCLES, ENGINE, TOLERANCE
+from amble.defaults import CYCLES, ENGINE, TOLERANCE, Order
 from amble.errors import FallError, InputError
 
 if TYPE_CHECKING:
@@ -145,17 +145,34 @@ def export(
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder of the C files; or a motion: FILE.npz, FILE.csv, FILE.mat.")
     ] = Path("controller"),
+    rate: Annotated[
+        float | None,
+        typer.Option(
+            help="Rows a second: a reference motion for other programs (FILE.npz, FILE.csv).", show_default=False
+        ),
+    ] = None,
+    cycles: Annotated[int, typer.Option(min=1, max=10_000, help="Gait cycles of a reference motion.")] = 1,
+    order: Annotated[Order, typer.Option(help="Joints and bodies of it depth first, or as in the robot's file.")] = (
+        "mujoco"
+    ),
 ) -> None:
     """Write the controller as C: no heap, one header, a step function, test vectors and a program to replay them.
 
-    A file name instead of a folder writes the motion, which `amble import` and other programs read.
+    A file name instead of a folder writes the motion, which `amble import` and other programs read; with --rate states,
+    torques, forces, contacts and poses of all bodies in the coordinates of physics engines.
     """
+    from amble.analysis.reference import reference_motion, write_reference
     from amble.export import export_controller
     from amble.gait.files import load_gait
     from amble.gait.motion_files import write_motion
     from amble.gait.motion_formats import FORMATS
 
     walker = load_gait(gait)
+    if rate is not None:
+        if law is not None or control is not None:
+            raise InputError("a reference motion is that of the gait's own laws; --law and --control do not change it")
+        wrote(write_reference(reference_motion(walker, rate, cycles, order), out))
+        return
     if out.suffix.lower() in FORMATS:
         if law is not None or control is not None:
             raise InputError("a motion is that of the gait's own laws; --law and --control belong to the controller")

@@ -38,15 +38,6 @@ IPOPT_OPTIONS: dict[str, Any] = {
     "sb": "yes",
 }
 
-CONTINUED: dict[str, Any] = {
-    "mu_max": 1e5,  # as where IPOPT's own run begins
-    **{
-        f"warm_start_{push}": 1e-9
-        for push in ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
-    },
-}
-"""Options of a run that goes on where another one stopped: the iterate stays where it is."""
-
 SOLVED = ("Solve_Succeeded",)
 ROUNDING = 1e-9
 """How far a scaled start value may lie outside its bounds without being counted as moved."""
@@ -119,31 +110,25 @@ def ipopt(
         most_iterations: give up after so many.
         progress: called after every iteration.
 
-    KKT systems are solved by their structure (``structured_kkt``). Where that is not possible MUMPS solves them; where
-    a system is refused on the way, IPOPT goes on with MUMPS from the last iterate and its multipliers. The report says
-    which it was, and why; iterations and seconds are those of both.
+    KKT systems are solved by their structure (``structured_kkt``). Where that is not possible, or a system is refused
+    on the way, IPOPT starts again with MUMPS; the report says which it was, and why. Its iterations are those of the
+    last run, its seconds those of both.
 
     Raises:
         KeyboardInterrupt: Ctrl-C arrived; the solver has stopped at the end of its iteration.
     """
-    first: _End | None = None
+    seconds = 0.0
     try:
         with structured_kkt(program) as kkt:
-            first = _run(program, start, {**kkt.options, **_limits(tolerance, most_iterations)}, progress)
-            refusal = kkt.refusal
+            found = _run(program, start, {**kkt.options, **_limits(tolerance, most_iterations)}, progress)
+            refusal, seconds = kkt.refusal, found.report.seconds
     except UnavailableError as error:
         refusal = str(error)
-    if first is not None and not refusal:
-        return _reported(first.solution, "structured")
+    if not refusal:
+        return _reported(found, "structured", 0.0)
     logger.info("MUMPS solves the KKT systems: %s", refusal)
-    done = 0 if first is None else first.solution.report.iterations
-    options = {**MUMPS_OPTIONS, **_limits(tolerance, max(most_iterations - done, 1))}
-    if first is None or done == 0 or not first.usable:
-        last = _run(program, start, options, progress)
-    else:
-        last = _run(program, first.start, {**options, **CONTINUED}, progress)
-        last = replace(last, solution=replace(last.solution, warm=first.solution.warm))
-    return _reported(last.solution, f"MUMPS ({refusal})", None if first is None else first.solution.report)
+    found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
+    return _reported(found, f"MUMPS ({refusal})", seconds)
 
 
 def ipopt_mumps(
@@ -155,7 +140,7 @@ def ipopt_mumps(
 ) -> Solution:
     """Solve by IPOPT with MUMPS alone; see ``ipopt``."""
     found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
-    return _reported(found.solution, "MUMPS")
+    return _reported(found, "MUMPS", 0.0)
 
 
 SOLVERS.register("ipopt", ipopt)
@@ -166,37 +151,19 @@ def _limits(tolerance: float, most_iterations: int) -> dict[str, Any]:
     return {"tol": tolerance, "max_iter": most_iterations}
 
 
-def _reported(found: Solution, linear_solver: str, before: SolverReport | None = None) -> Solution:
-    """Add the linear solver, and iterations and seconds spent before."""
-    report = replace(found.report, linear_solver=linear_solver)
-    if before is not None:
-        iterations, seconds = report.iterations + before.iterations, report.seconds + before.seconds
-        report = replace(report, iterations=iterations, seconds=seconds)
+def _reported(found: Solution, linear_solver: str, seconds: float) -> Solution:
+    """Add the linear solver, and seconds spent before."""
+    report = replace(found.report, linear_solver=linear_solver, seconds=found.report.seconds + seconds)
     return replace(found, report=report)
 
 
-@dataclass(frozen=True)
-class _End:
-    """The end of a run: its solution, and the iterate with all digits of its multipliers, solved or not."""
-
-    solution: Solution
-    start: Start
-
-    @property
-    def usable(self) -> bool:
-        """Whether another run can go on from here."""
-        known = self.start.multipliers
-        parts = [self.start.variables, *([] if known is None else [known.bounds, known.rows])]
-        return all(bool(np.all(np.isfinite(part))) for part in parts)
-
-
-def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Progress | None) -> _End:
-    """One run of IPOPT with further options, which go before those of a warm start."""
+def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Progress | None) -> Solution:
+    """One run of IPOPT with further options."""
     nlp = program.program
     inside, projected = _projected(program, start.variables)
     watch, warm = Watch(program, progress, projected), start.multipliers
     derivatives = {"grad_f": nlp.gradient, "jac_g": nlp.jacobian, "hess_lag": nlp.hessian}
-    ipopt_options = {**IPOPT_OPTIONS, **_warm_options(warm), **more}
+    ipopt_options = {**IPOPT_OPTIONS, **more, **_warm_options(warm)}
     options = {**NLP_OPTIONS, **derivatives, "iteration_callback": watch, "ipopt": ipopt_options}
     solver = ca.nlpsol("gait", "ipopt", nlp.nlp, options)
     began = time.perf_counter()
@@ -215,19 +182,17 @@ def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Pro
     seconds = time.perf_counter() - began
     stats = solver.stats()
     status = str(stats["return_status"])
-    reached, multipliers = np.array(result["x"]).ravel(), [np.array(result[key]).ravel() for key in ("lam_x", "lam_g")]
     found = finished(
         program,
-        reached,
+        np.array(result["x"]).ravel(),
         solver="ipopt",
         status=status,
         solved=status in SOLVED,
         iterations=int(stats["iter_count"]),
         seconds=seconds,
-        multipliers=(multipliers[0], multipliers[1]),
+        multipliers=(np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()),
     )
-    found = replace(found, warm=warm is not None, projected=projected)
-    return _End(found, Start(reached, LagrangeMultipliers(*map(frozen, multipliers))))
+    return replace(found, warm=warm is not None, projected=projected)
 
 
 def finished(

@@ -9,6 +9,7 @@ import numpy as np
 
 from amble.optional import require
 from amble.robot import Robot
+from amble.robot.free_base import free_base
 from amble.types import Matrix, Vector
 
 POINT = 1e-3
@@ -155,17 +156,10 @@ def _quaternion(mujoco: Any, rotation: Matrix) -> Vector:
 
 def to_mujoco(robot: Robot, model: Any, q: Vector, v: Vector) -> tuple[Vector, Vector]:
     """Return qpos and qvel of a state: base angles of the chain X-Y-Z to a quaternion and rates in the base's frame."""
-    roll, pitch, yaw = q[3:6]
-    qx, qy, qz = (np.array([np.cos(a / 2), *(np.sin(a / 2) * np.eye(3)[k])]) for k, a in enumerate((roll, pitch, yaw)))
     qpos, qvel = np.zeros(model.nq), np.zeros(model.nv)
-    qpos[:3], qpos[3:7], qvel[:3] = q[:3], _product(_product(qx, qy), qz), v[:3]
-    cb, sb, cc, sc = np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
-    qvel[3:6] = np.array([[cc * cb, sc, 0.0], [-sc * cb, cc, 0.0], [sb, 0.0, 1.0]]) @ v[3:6]
+    base, twist = free_base(q[None], v[None])
+    qpos[:7], qvel[:6] = base[0], twist[0]
     for number, joint in enumerate(robot.joints):
         entry = model.joint(joint.name)
         qpos[entry.qposadr[0]], qvel[entry.dofadr[0]] = q[6 + number], v[6 + number]
     return qpos, qvel
-
-
-def _product(a: Vector, b: Vector) -> Vector:
-    return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])

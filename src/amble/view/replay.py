@@ -16,7 +16,8 @@ from amble.amounts import check_amount
 from amble.analysis import Samples
 from amble.errors import InputError
 from amble.hybrid import Ground
-from amble.robot import Robot, kinematics
+from amble.robot import Robot
+from amble.robot.free_base import link_trajectories
 from amble.types import IntegerVector, Matrix, NodeValues, Vector, frozen
 from amble.view.meshes import Mesh
 from amble.view.shapes import Shape, link_shapes
@@ -136,7 +137,7 @@ def replay_of_samples(samples: Samples, label: str, cycles: int, meshes: tuple[M
     pattern, robot = samples.pattern, samples.robot
     stances = pattern.visited
     standing = np.array([[foot in stance.feet for foot in robot.foot_names] for stance in stances])
-    links = _link_poses(robot, positions)
+    links = link_trajectories(robot, positions)
     feet = _feet(shown, positions)
     axes = list(pattern.contact.axes)
     forces = np.zeros((len(times), len(robot.feet), 3))
@@ -176,25 +177,6 @@ def _rows(samples: Samples, times: Vector) -> tuple[IntegerVector, Vector]:
 def _between(values: NodeValues, rows: IntegerVector, weights: Vector) -> NodeValues:
     after = np.minimum(rows + 1, len(values) - 1)
     return values[rows] + weights[:, None] * (values[after] - values[rows])
-
-
-def _link_poses(robot: Robot, positions: NodeValues) -> NodeValues:
-    """Origins and quaternions of all links; a quaternion keeps the sign that is closer to the frame before."""
-    q = ca.SX.sym("q", robot.size)
-    s = robot.base.spatial(q)
-    base = kinematics.base_rotation(s)
-    relative = kinematics.link_poses(robot, s)
-    turns = ca.horzcat(*[ca.densify(base @ rotation) for rotation, _ in relative])
-    origins = ca.horzcat(*[ca.densify(s[:3] + base @ origin) for _, origin in relative])
-    function = ca.Function("poses", [q], [ca.vec(turns), ca.vec(origins)])
-    found = function.map(len(positions))(positions.T)
-    count = len(robot.links)
-    rotations = np.asarray(found[0]).T.reshape(-1, 3, 3).transpose(0, 2, 1)  # casadi stacks columns
-    quaternions = Rotation.from_matrix(rotations).as_quat().reshape(-1, count, 4)
-    flips = np.sum(quaternions[1:] * quaternions[:-1], axis=-1) < 0.0
-    signs = np.where(np.cumsum(flips, axis=0) % 2 == 1, -1.0, 1.0)
-    quaternions[1:] *= signs[:, :, None]
-    return np.concatenate([np.asarray(found[1]).T.reshape(-1, count, 3), quaternions], axis=-1)
 
 
 def _feet(samples: Samples, positions: NodeValues) -> NodeValues:

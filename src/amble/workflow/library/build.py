@@ -16,7 +16,7 @@ from amble.types import Json
 from amble.workflow.library.axes import LibrarySpecification, label, read_library
 from amble.workflow.library.cluster import run_on_cluster
 from amble.workflow.library.entry import STAGES, Made
-from amble.workflow.library.files import HEADER, Library, claim_folder, load_library, write_entry, write_tables
+from amble.workflow.library.files import HEADER, LOCKS, Library, claim_folder, load_library, write_entry, write_tables
 from amble.workflow.library.grid import Point
 from amble.workflow.library.maps import write_maps
 from amble.workflow.library.pool import Work, run_pool
@@ -26,9 +26,6 @@ try:
     import fcntl
 except ImportError:  # a system without advisory locks
     fcntl = None  # type: ignore[assignment]
-
-LOCKS = "chains"
-"""Folder of the locks of chains."""
 
 MOST_WORKERS = 256
 """Processes on one machine."""

@@ -16,6 +16,7 @@ from amble.errors import InputError, WorkError, shown
 from amble.optional import require
 from amble.progress import Progress, ProgressReport
 from amble.workflow.library.axes import LibrarySpecification
+from amble.workflow.library.files import LOCKS
 from amble.workflow.library.grid import Point
 from amble.workflow.library.way import Way
 
@@ -78,6 +79,7 @@ def run_on_cluster(
             ],
             deps=[] if before is None else [before],
             stdout=None,
+            stderr=str((folder / LOCKS / f"{number}.stderr").resolve()),
             name=f"chain {number}",
             crash_limit=CRASHES,
         )

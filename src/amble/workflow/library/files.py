@@ -36,6 +36,9 @@ from amble.workflow.library.entry import Made
 FORMAT, FORMAT_VERSION = "amble library", 1
 HEADER = "library.json"
 GAITS, CERTIFICATES, FAILED, RECORDS = "gaits", "certificates", "failed", "records"
+LOCKS = "chains"
+"""Folder of the locks of single chains, and of what their tasks say on a cluster."""
+
 INDEX, FAILURES = "index.csv", "failures.csv"
 
 

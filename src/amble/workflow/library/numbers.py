@@ -21,7 +21,7 @@ def gait_numbers(gait: Gait) -> Json:
     energy = {model.name: torque_metrics(motion, "own", model) for model in actuators_for(gait)}
     torques = next(iter(energy.values()))
     use = limit_use(samples, Allocated(samples.torques, samples.forces), AllocationLimits.of(gait))
-    height = samples.positions[:, 2]
+    height = samples.positions[:, gait.robot.coordinate_index("z")]
     spent = np.trapezoid(height, samples.times) / (samples.times[-1] - samples.times[0])
     return {
         **{f"cost_of_transport_{name}": finite_or_none(entry.cot) for name, entry in energy.items()},
