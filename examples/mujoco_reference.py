@@ -50,6 +50,9 @@ def largest_difference(motion: dict[str, np.ndarray], model: mujoco.MjModel) -> 
 
 def main(arguments: list[str]) -> None:
     """Compare and say how far the two are apart."""
+    if len(arguments) != 2:
+        print(__doc__)
+        return
     with np.load(arguments[0]) as file:
         motion = dict(file)
     apart, slip = largest_difference(motion, free_model(Path(arguments[1])))
