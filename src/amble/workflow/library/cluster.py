@@ -62,6 +62,7 @@ def run_on_cluster(
             f"no HyperQueue server can be reached: start one (hq server start), or name its folder in {SERVER} "
             f"({shown(str(error), 200)})"
         ) from None
+    (folder / LOCKS).mkdir(exist_ok=True)
     job = Job(max_fails=None, default_workdir=Path.cwd(), name="amble library")
     tasks: dict[Point, Any] = {}
     for number, head in enumerate(heads):
