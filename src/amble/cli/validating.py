@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from amble.cli import options
-from amble.cli.console import progress
+from amble.cli.console import print_table, progress
 from amble.cli.output import result, show, wrote
 from amble.errors import InputError, WorkError, shown
 
@@ -34,9 +34,19 @@ def validate(
             help="Where to write the walk of the case, one, as a trace (netCDF) for `amble view`.", show_default=False
         ),
     ] = None,
+    log: Annotated[
+        Path | None, typer.Option(help="Compare this log of a robot (CSV) with the gait instead.", show_default=False)
+    ] = None,
     out: Annotated[Path, typer.Option(help="Where to write the results (JSON).")] = Path("validation.json"),
 ) -> None:
     """Walk a gait in MuJoCo under eighteen errors of plant and measurement; exits 1 where a case does not pass."""
+    if log is not None:
+        if case or record is not None or absolute:
+            raise InputError(
+                "a log is compared with the gait, and nothing is walked: leave --case, --record, --absolute"
+            )
+        _compared(gait, log, out)
+        return
     from amble.gait.closed_loop import trace_units
     from amble.gait.files import load_gait
     from amble.report import write_results
@@ -65,3 +75,21 @@ def validate(
     wrote(write_results(out, {"validation": found.to_dict()}))
     if found.passed < len(found.results):
         raise WorkError(f"{len(found.results) - found.passed} of {len(found.results)} cases do not pass")
+
+
+def _compared(gait: Path, log: Path, out: Path) -> None:
+    """Tell how a log of a robot differs from the gait."""
+    from amble.analysis.log_comparison import compare_log, read_log
+    from amble.gait.files import load_gait
+    from amble.report import write_results
+
+    walker = load_gait(gait)
+    found = compare_log(walker, read_log(log, walker))
+    lasting = f"{found.samples} samples over {found.seconds:.3g} s"
+    show(f"{lasting}: period {found.period:.4g} s, planned {found.planned:.4g} s")
+    rows = [(joint, f"{found.errors[joint]:.4f}", f"{found.largest[joint]:.4f}") for joint in found.errors]
+    print_table(("joint", "RMS error (rad)", "largest (rad)"), rows, right=(1, 2))
+    if found.rms_torque is not None:
+        show(f"RMS torque {found.rms_torque:.4g} N m, planned {found.planned_torque:.4g} N m")
+    result(log=found.to_dict())
+    wrote(write_results(out, {"log": found.to_dict()}))
