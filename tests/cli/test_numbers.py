@@ -17,6 +17,7 @@ BIPED = str(DATA / "biped-of-small-basin.json")
 WHEEL = str(DATA.parents[1] / "examples" / "rimless_wheel.py")
 HUGE = "9" * 30
 WALKING = ("simulate", BIPED, "--cycles", "1")
+PUSHED = ("robustness", GAIT)
 MOVED = ("validate", GAIT, "--control", "impedance", "--case", "nominal")
 
 NUMBERS: dict[tuple[str, str], tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -31,6 +32,12 @@ NUMBERS: dict[tuple[str, str], tuple[tuple[str, ...], tuple[str, ...]]] = {
     ("validate", "cycles"): (MOVED, ("0", "-1", "10001", "1" + "0" * 20)),
     ("validate", "seed"): ((*MOVED, "--cycles", "1"), ("-1", "1.5")),
     ("export", "cycles"): (("export", GAIT, "--rate", "100", "--out", "x.npz"), ("0", "-1", "1.5", "10001", HUGE)),
+    ("robustness", "trials"): (PUSHED, ("0", "-1", "1.5", "10000001", HUGE)),
+    ("robustness", "seed"): (PUSHED, ("-1", "1.5")),
+    ("robustness", "cycles"): (PUSHED, ("1", "-1", "10001", HUGE)),
+    ("robustness", "friction"): (PUSHED, ("0", "-1", "nan", "inf")),
+    ("robustness", "largest"): (PUSHED, ("0", "-1", "nan", "inf")),
+    ("robustness", "workers"): (PUSHED, ("0", "-1", "257", HUGE)),
     ("prove", "bits"): (("prove", f"{WHEEL}:rolling"), ("0", "63", "1025", HUGE)),
     ("prove", "order"): (("prove", f"{WHEEL}:rolling"), ("3", "41", HUGE)),
     ("prove", "basin"): (("prove", f"{WHEEL}:rolling"), ("-1", "2", "nan", "inf")),

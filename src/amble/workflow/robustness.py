@@ -19,7 +19,7 @@ from amble.stability.input_gains import CycleMap, Disturbance, disturbances, inp
 from amble.stability.push_response import PushResponse, push_response
 from amble.stability.robustness import Cell, Reach, Robustness, Trial, TrialSettings
 from amble.workflow.push_trials import TOLERANCE, TrialFolder, engine_named
-from amble.workflow.trial_runs import do_trials
+from amble.workflow.trial_runs import check_trials, do_trials
 
 SECTORS, PHASE_BINS = 8, 4
 """Directions and phases of pushes are compared in so many cells."""
@@ -58,6 +58,7 @@ def robustness(
         WorkError: a worker fails.
     """
     settings, notify = settings or TrialSettings(), progress or silent
+    check_trials(trials, workers)
     for name in engines:
         engine_named(name)
     notify(ProgressReport(what="spectrum of the return map"))

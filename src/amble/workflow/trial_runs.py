@@ -22,6 +22,16 @@ WAIT = 0.2
 """Seconds between two looks at the workers."""
 
 
+def check_trials(trials: int, workers: int) -> None:
+    """Refuse numbers of trials and workers that are out of range.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    check_amount("trials", trials, 1, MOST_TRIALS)
+    check_amount("workers", workers, 1, MOST_WORKERS)
+
+
 def do_trials(
     folder: TrialFolder, engines: Sequence[str], trials: int, workers: int = 1, progress: Progress | None = None
 ) -> dict[str, tuple[Trial, ...]]:
@@ -40,8 +50,7 @@ def do_trials(
         WorkError: a worker failed.
     """
     notify = progress or silent
-    check_amount("trials", trials, 1, MOST_TRIALS)
-    check_amount("workers", workers, 1, MOST_WORKERS)
+    check_trials(trials, workers)
     makers = {name: engine_named(name) for name in engines}
     folder.claim()
     for name, make in makers.items():
