@@ -23,7 +23,7 @@ from amble.gait import Gait
 from amble.io.storage import atomic_write
 from amble.robot import Robot, load_robot, symmetrized
 from amble.robot.natural_units import natural_units
-from amble.robot.proposal import proposed_twins
+from amble.robot.loading import proposed_twins
 from amble.simulation import simulate
 from amble.simulation.simulate import perturbed
 from amble.stability import certify
@@ -104,7 +104,7 @@ def robot(name: str) -> Robot:
         from tests.robots import hexapod
 
         model = hexapod()
-        return replace(model, twins=tuple(proposed_twins(model.foot_names)))
+        return replace(model, twins=proposed_twins(model.foot_names))
     if name == "planar biped":
         from tests.robots import PLANAR, robot
 

@@ -22,7 +22,6 @@ from amble.types import Matrix, Vector, frozen
 
 logger = logging.getLogger("amble")
 
-DEFAULT_TWINS = (("fl", "fr"), ("rl", "rr"))
 REVOLUTE = ("revolute", "continuous")
 
 
@@ -60,7 +59,8 @@ def load_robot(
             is the caller's knowledge and never guessed.
         gravity: m/s^2.
         name: what to call the robot; the file's own name where not given.
-        twins: pairs of labels that mirror each other left to right; where not given, fl with fr and rl with rr.
+        twins: pairs of labels that mirror each other left to right; where not given, labels that differ in a last
+            letter l and r, such as fl and fr.
         symmetry_tolerance: largest relative asymmetry that ``Robot.mirror`` accepts.
         format: name of the file's format; by default the suffix of its name.
         adaptation: what is different from the file.
@@ -104,7 +104,7 @@ def robot_from(
         joints=tuple(moving),
         feet=point_feet,
         gravity=float(gravity),
-        twins=_twins(tuple(feet), twins),
+        twins=proposed_twins(tuple(feet)) if twins is None else tuple((left, right) for left, right in twins),
         symmetry_tolerance=symmetry_tolerance,
         unused=file.unused,
         locked_joints=dict(adaptation.locked),
@@ -297,7 +297,6 @@ def _foot(label: str, frame: str, file: FileRobot, placements: Mapping[str, _Pla
     return Foot(label, frame, at.carrier, frozen(at.translation + at.rotation @ offset))
 
 
-def _twins(labels: tuple[str, ...], twins: Iterable[tuple[str, str]] | None) -> tuple[tuple[str, str], ...]:
-    if twins is None:
-        return tuple(pair for pair in DEFAULT_TWINS if set(pair) <= set(labels))
-    return tuple((left, right) for left, right in twins)
+def proposed_twins(labels: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of labels that differ in a last letter l and r, such as fl and fr, l and r."""
+    return tuple((label, f"{label[:-1]}r") for label in labels if label.endswith("l") and f"{label[:-1]}r" in labels)

@@ -79,11 +79,6 @@ def feet_by_position(robot: Robot, frames: Mapping[str, tuple[int, Vector]], sou
     return {label: tip(link) for label, link in zip(LABELS[len(ends)], ordered, strict=True)}
 
 
-def proposed_twins(labels: tuple[str, ...]) -> list[tuple[str, str]]:
-    """Return the pairs of labels that differ in a last letter l and r."""
-    return [(label, f"{label[:-1]}r") for label in labels if label.endswith("l") and f"{label[:-1]}r" in labels]
-
-
 def _hip(robot: Robot, link: int) -> Vector:
     """Where the first joint of a leg is at the zero pose, (3,), m."""
     first = robot.chain(link)[0]

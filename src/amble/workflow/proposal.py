@@ -15,7 +15,7 @@ from amble.control.outputs import DomainOutputs
 from amble.gait.limits import Interval, Limits
 from amble.hybrid import ONE_BY_ONE, Plane
 from amble.robot import Robot, catalogue
-from amble.robot.proposal import proposed_twins
+from amble.robot.loading import proposed_twins
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.specification import RobotSection, SolverSection, Specification, specification_of
 
