@@ -22,8 +22,8 @@ from amble.errors import AmbleError
 from amble.gait import Gait
 from amble.io.storage import atomic_write
 from amble.robot import Robot, load_robot, symmetrized
-from amble.robot.natural_units import natural_units
 from amble.robot.loading import proposed_twins
+from amble.robot.natural_units import natural_units
 from amble.simulation import simulate
 from amble.simulation.simulate import perturbed
 from amble.stability import certify

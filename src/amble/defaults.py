@@ -34,3 +34,6 @@ Order = Literal["mujoco", "file"]
 """Order of joints and bodies: depth first from the base, as MuJoCo has them, or that of the robot's file."""
 
 ORDERS: tuple[Order, ...] = get_args(Order)
+
+CERTIFICATE = "certificate.json"
+"""File of a certificate, or of why there is none."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
@@ -143,3 +144,18 @@ def test_a_style_is_asked_for_and_kept(tmp_path: Path, monkeypatch: pytest.Monke
     assert exit_code("synthesize", "spec.toml", "--cost", "style") == 2
     assert exit_code("init", file, *asked[:-1], "style:power=-1") == 2
     assert exit_code("init", file, *asked[:-1], "stile") == 2
+
+
+@pytest.mark.slow
+def test_one_line_leads_from_a_file_to_a_certificate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Bolt's walk with defaults only; joints are freed by themselves, since the base alone leaves a radius above 1."""
+    monkeypatch.chdir(tmp_path)
+    words = ("synthesize", str(urdf("bolt")), "--feet", "l=FL_FOOT,r=FR_FOOT", "--gait", "walk", "--speed", "0.23")
+    assert exit_code(*words, "--certify", "--out", "walk.json") == 0
+    shown = capsys.readouterr().out
+    assert "wrote walk.json" in shown
+    assert "wrote certificate.json" in shown
+    assert load_gait("walk.json").feedback is not None
+    assert json.loads(Path("certificate.json").read_text())["spectral_radius"] < 0.95

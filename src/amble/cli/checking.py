@@ -11,10 +11,11 @@ from amble.cli import options
 from amble.cli.console import progress
 from amble.cli.lines import show_bounds, show_certified
 from amble.cli.output import result, show
-from amble.defaults import GRID
+from amble.defaults import CERTIFICATE, GRID
 from amble.errors import InputError, WorkError
 
 if TYPE_CHECKING:
+    from amble.control import AllocationLaw
     from amble.gait import Gait
     from amble.residual import Residual
     from amble.robot import Robot
@@ -119,7 +120,7 @@ def _row(row: Residual) -> Json:
 
 def certify(
     gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
-    out: Annotated[Path, typer.Option(help="Where to write the certificate (JSON).")] = Path("certificate.json"),
+    out: Annotated[Path, typer.Option(help="Where to write the certificate (JSON).")] = Path(CERTIFICATE),
     law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
     control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     allow_absurd_limits: Annotated[
@@ -133,16 +134,20 @@ def certify(
 ) -> None:
     """Certify that a gait is exponentially stable; where that is refused, exits 1 and the file says so with reasons."""
     from amble.gait.files import load_gait
-    from amble.workflow.certify import certify_into
 
     walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
+    certified(walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen)
+
+
+def certified(gait: Gait, out: Path, *, allow_absurd_limits: bool = False, law: AllocationLaw | None = None) -> None:
+    """Certify a gait, write the certificate or its refusal, and say what it was held against."""
+    from amble.workflow.certify import certify_into
+
     try:
         with progress("certifying") as notify:
-            certificate = certify_into(
-                walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen, progress=notify
-            )
+            certificate = certify_into(gait, out, allow_absurd_limits=allow_absurd_limits, law=law, progress=notify)
     except WorkError:
-        show_bounds(walker)
+        show_bounds(gait)
         raise
-    show_certified(walker, certificate)
+    show_certified(gait, certificate)

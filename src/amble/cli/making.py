@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from amble.cli import options
+from amble.cli.checking import certified
 from amble.cli.console import progress
 from amble.cli.lines import show_stabilized, show_synthesized
 from amble.cli.options import METHOD_OPTION
 from amble.cli.output import show, wrote
-from amble.defaults import FREE, METHOD, Method
+from amble.defaults import CERTIFICATE, FREE, METHOD, Method
 from amble.errors import InputError, shown
+
+if TYPE_CHECKING:
+    from amble.gait import Gait
 
 
 def init(
@@ -72,6 +77,10 @@ def synthesize(
     yaw_rate: Annotated[str | None, options.YAW_RATE] = None,
     cost: Annotated[str | None, options.COST] = None,
     symmetrize: Annotated[bool | None, options.SYMMETRIZE] = None,
+    certify: Annotated[
+        bool,
+        typer.Option("--certify", help="Stabilise and certify it too; certificate.json goes beside it."),
+    ] = False,
 ) -> None:
     """Find the gait that a specification describes, or that of a robot by default."""
     from amble.gait.files import load_gait, save_gait
@@ -97,6 +106,9 @@ def synthesize(
         raise
     show_synthesized(found)
     wrote(save_gait(found, out))
+    if certify:
+        stable = _stabilized(found, None, METHOD, out)
+        certified(stable, out.with_name(CERTIFICATE))
 
 
 def stabilize(
@@ -113,11 +125,18 @@ def stabilize(
     out: Annotated[Path, typer.Option(help="Where to write the stabilised gait.")] = Path("gait.json"),
 ) -> None:
     """Choose output weights, or the gains of another feedback law, that make the orbit exponentially stable."""
-    from amble.gait.files import load_gait, save_gait
+    from amble.gait.files import load_gait
+
+    _stabilized(options.under(load_gait(gait), control), tuple(free) if free else None, method, out)
+
+
+def _stabilized(gait: Gait, free: Sequence[str] | None, method: Method, out: Path) -> Gait:
+    """Stabilise a gait, say how that went, and write it."""
+    from amble.gait.files import save_gait
     from amble.stability.stabilize import stabilization
 
-    walker = options.under(load_gait(gait), control)
     with progress("stabilising") as notify:
-        found = stabilization(walker, tuple(free) if free else None, method, notify)
+        found = stabilization(gait, free, method, notify)
     show_stabilized(found)
     wrote(save_gait(found.gait, out))
+    return found.gait

@@ -12,8 +12,6 @@ from amble.report import write_results
 from amble.stability import Certificate, certify
 from amble.stability.gait_certificate import certificate_to_dict, refusal_to_dict
 
-CERTIFICATE = "certificate.json"
-
 
 def certify_into(
     gait: Gait,

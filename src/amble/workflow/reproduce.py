@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from amble.defaults import METHOD, REPRODUCED_CYCLES, TOLERANCE, Method
+from amble.defaults import CERTIFICATE, METHOD, REPRODUCED_CYCLES, TOLERANCE, Method
 from amble.errors import FallError
 from amble.gait import Gait
 from amble.gait.closed_loop import trace_units
@@ -25,7 +25,7 @@ from amble.stability.gait_certificate import distances, initial_spectrum
 from amble.stability.stabilize import Stabilized, stabilization
 from amble.stability.weight_search import TRACE as TRACE_BOUND
 from amble.synthesis.specification import Specification
-from amble.workflow.certify import CERTIFICATE, certify_into
+from amble.workflow.certify import certify_into
 from amble.workflow.measure import GAIT, TRACE, measure
 from amble.workflow.specified import PosedProblem, pose, solve
 
