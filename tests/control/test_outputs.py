@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import casadi as ca
@@ -14,7 +15,9 @@ from amble.control.outputs import (
     actuated_freedoms,
     controllable,
     joint_outputs,
+    least_share,
     left_out,
+    left_out_along,
     rear_hip_pitch,
     selection_matrix,
 )
@@ -50,6 +53,26 @@ def test_the_rear_hip_pitch_is_found_by_geometry(name: str) -> None:
     assert stance.feet == tuple(foot for foot in robot(name).foot_names if foot in ("fl", "rr"))
     assert rear_hip_pitch(pattern, stance) == HIP_PITCH[name]
     assert left_out(pattern, stance) == (HIP_PITCH[name],)
+
+
+@pytest.mark.parametrize("feet", [("fl", "fr"), ("fl", "rl", "rr")])
+def test_joints_left_out_along_a_motion_are_as_good_as_any(feet: tuple[str, ...]) -> None:
+    """From the worst choice, exchanged one by one, against all choices; least_share by its definition."""
+    pattern = gait_pattern(astro(), (feet, astro().foot_names))
+    stance, names = pattern.stances[0], astro().joint_names
+    poses = random_postures("astro", 3, 0)[0]
+    shares = {}
+    for free in itertools.combinations(names, pattern.contacts(stance).internal_force_count):
+        kept = tuple(joint for joint in names if joint not in free)
+        shares[free] = least_share(pattern, stance, kept, poses)
+    worst, best = min(shares, key=shares.__getitem__), max(shares.values())
+    found = left_out_along(pattern, stance, tuple(joint for joint in names if joint not in worst), poses)
+    assert shares[found] > 0.8 * best > 10.0 * shares[worst]
+    q = ca.SX.sym("q", astro().size)
+    basis = ca.Function("basis", [q], [ca.densify(pattern.contacts(stance).torque_null_space(q)[0])])
+    rows = [names.index(joint) for joint in found]
+    sizes = [np.linalg.svd(np.linalg.qr(np.asarray(basis(pose)))[0][rows], compute_uv=False)[-1] for pose in poses]
+    assert shares[found] == pytest.approx(min(sizes))
 
 
 STANCES = [("fl", "fr"), ("rl", "rr"), ("fl", "rl"), ("fl", "rr"), ("fl", "fr", "rr"), ("fl", "fr", "rl", "rr")]

@@ -13,7 +13,7 @@ import pytest
 
 from amble.control import DropActuator, joint_outputs
 from amble.errors import InputError, NotSolvedError, UnknownNameError
-from amble.gait import Gait
+from amble.gait import Gait, SolverReport
 from amble.gait.files import load_gait, save_gait
 from amble.hybrid import Plane, gait_pattern
 from amble.progress import ProgressReport
@@ -21,10 +21,11 @@ from amble.robot import catalogue
 from amble.robot.catalogue import Posture
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
+from amble.synthesis.layout import build_layout
 from amble.synthesis.program import GaitProgram
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import SOLVERS, Solution, Start, ipopt
-from amble.synthesis.synthesize import GaitNotSolvedError, require_possible
+from amble.synthesis.synthesize import GaitNotSolvedError, regular_outputs, require_possible
 from amble.verification.check import check
 from tests.robots import ROBOTS, robot
 
@@ -332,3 +333,34 @@ def test_the_rank_is_checked_once_for_all_problems_of_a_structure(
         assert asked == [0.31, 0.32, 0.2, 0.22]
     finally:
         module._require_full_rank.cache_clear()
+
+
+def test_outputs_that_a_motion_makes_singular_are_chosen_again(caplog: pytest.LogCaptureFixture) -> None:
+    """Two front feet stand on a lateral line, along which hips push: without a hip pitch nothing decouples the outputs.
+
+    Those by default are replaced; those that were asked for stay, with the remedy.
+    """
+    problem = gait_problem(catalogue.astro(), "bound", speed=0.2, intervals=2)
+    layout = build_layout(problem)
+    start = initial_guess(problem, layout) / layout.scale
+    report = SolverReport(
+        solver="none",
+        status="none",
+        iterations=0,
+        seconds=0.0,
+        variables=0,
+        constraints=0,
+        violation=0.0,
+        objective=0.0,
+    )
+    found = to_gait(problem, layout, Solution(variables=start, multipliers=None, report=report, rows=(), solved=True))
+    assert regular_outputs(problem, found) is problem.outputs
+    assert not caplog.records
+    bad = joint_outputs(problem.pattern, free={"D1": ["fl_hip_pitch"]})
+    better = regular_outputs(replace(problem, outputs=bad), found)
+    assert better.of("D2") == bad.of("D2")
+    (out,) = set(problem.pattern.robot.joint_names) - set(better.of("D1").coordinates)
+    assert out in ("fl_hip_yaw", "fr_hip_yaw")
+    asked = replace(problem, outputs=bad, outputs_by_default=False)
+    assert regular_outputs(asked, found) is bad
+    assert re.search(r"in D1 to a share of 0\.0.*left out there should be f._hip_yaw .*free", caplog.text)

@@ -14,7 +14,7 @@ from amble.hybrid import Contacts, GaitPattern, Stance
 from amble.robot import Robot, kinematics
 from amble.robot.catalogue import Posture
 from amble.robot.proposal import LATERAL, nominal_posture
-from amble.types import Matrix, Vector
+from amble.types import Matrix, NodeValues, Vector
 
 LARGEST_ORDER = 14
 """Order in which the closed loop writes every reference curve; a curve of higher order does not fit into it."""
@@ -152,6 +152,54 @@ def left_out(pattern: GaitPattern, stance: Stance, posture: Posture | None = Non
     if chosen is None:
         raise InputError(f"no choice of outputs of stance '{stance.name}' is regular at the posture")
     return tuple(robot.joint_names[place] for place in sorted(chosen))
+
+
+def least_share(pattern: GaitPattern, stance: Stance, coordinates: Sequence[str], positions: NodeValues) -> float:
+    """Return the least that the joints left out hold of any internal torque along a motion, 0 to 1.
+
+    It is the smallest singular value of their rows of N, orthonormal; at 0 the outputs cannot be decoupled.
+
+    Args:
+        pattern: the gait pattern.
+        stance: one of its stances.
+        coordinates: that are controlled in it.
+        positions: where the motion passes, (n, n_q).
+    """
+    rows = [row for row, joint in enumerate(pattern.robot.joint_names) if joint not in coordinates]
+    return _least(_along(pattern.contacts(stance), positions), rows)
+
+
+def left_out_along(
+    pattern: GaitPattern, stance: Stance, coordinates: Sequence[str], positions: NodeValues
+) -> tuple[str, ...]:
+    """Return joints left out whose ``least_share`` along a motion is larger, exchanged one by one while that grows.
+
+    Arguments are those of ``least_share``.
+    """
+    names = pattern.robot.joint_names
+    torques = _along(pattern.contacts(stance), positions)
+    chosen = {row for row, joint in enumerate(names) if joint not in coordinates}
+    steered = np.flatnonzero(np.abs(torques).max(axis=(0, 2)) > TIE)
+    best = _least(torques, sorted(chosen))
+    while True:
+        trials = [chosen - {out} | {int(other)} for out in chosen for other in steered if other not in chosen]
+        sizes = [_least(torques, sorted(trial)) for trial in trials]
+        if not trials or not max(sizes) > (1.0 + TIE) * best:
+            return tuple(names[row] for row in sorted(chosen))
+        place = int(np.argmax(sizes))
+        chosen, best = trials[place], sizes[place]
+
+
+def _along(contacts: Contacts, positions: NodeValues) -> NodeValues:
+    """Orthonormal bases of the internal torques along a motion, (n, n_joints, k)."""
+    q = ca.SX.sym("q", contacts.robot.size)
+    function = ca.Function("internal", [q], [ca.densify(contacts.torque_null_space(q)[0])]).map(len(positions))
+    found = np.asarray(function(np.asarray(positions).T))
+    return np.linalg.qr(np.stack(np.split(found, len(positions), axis=1)))[0]
+
+
+def _least(torques: NodeValues, rows: Sequence[int]) -> float:
+    return float(np.linalg.svd(torques[:, rows, :], compute_uv=False)[:, -1].min()) if len(rows) else 1.0
 
 
 def rear_hip_pitch(pattern: GaitPattern, stance: Stance) -> str | None:

@@ -49,6 +49,8 @@ class GaitProblem:
             nodes, so that they keep to them between the nodes; speeds, torques and friction always do (``layout``).
         gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
         cost: what is minimised.
+        outputs_by_default: whether nobody said which coordinates are controlled, so that ``synthesize`` may choose
+            others where these can hardly be decoupled along the motion.
     """
 
     pattern: GaitPattern
@@ -63,6 +65,7 @@ class GaitProblem:
     cost: Cost = TORQUE_SQUARED
     lateral_speed: float = 0.0
     yaw_rate: float = 0.0
+    outputs_by_default: bool = False
 
     @property
     def command(self) -> Command:
@@ -210,6 +213,7 @@ def gait_problem(
         lateral_speed=lateral_speed,
         yaw_rate=yaw_rate,
         node_margins=not catalogue.holds(pattern.robot),
+        outputs_by_default=outputs is None,
     )
 
 

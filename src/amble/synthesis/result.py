@@ -45,7 +45,7 @@ def to_gait(problem: GaitProblem, layout: Layout, solution: Solution) -> Gait:
 def from_gait(problem: GaitProblem, gait: Gait, layout: Layout) -> NDArray[np.float64]:
     """Return unscaled start variables that follow a gait of the same structure, on this layout's nodes, (n_x,).
 
-    The phase may be another: the curves are then fitted again over the problem's.
+    The phase and the controlled coordinates may be others: the curves are then fitted again.
 
     Raises:
         InputError: the gait has other stances, joints or output curves, or the phase does not grow along its motion.
@@ -70,7 +70,7 @@ def from_gait(problem: GaitProblem, gait: Gait, layout: Layout) -> NDArray[np.fl
         }
         for kind, samples in kinds.items():
             start[getattr(domain, kind)] = resampled(samples, phases, domain.phases)
-        if gait.outputs.phase == problem.outputs.phase:
+        if gait.outputs == problem.outputs:
             numbers, curves = known.phase_numbers, known.coefficients
         else:
             numbers, curves = phase_curves(problem, domain, known.duration, start[domain.q], start[domain.v])

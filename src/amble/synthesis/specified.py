@@ -62,6 +62,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     return GaitProblem(
         pattern=pattern,
         outputs=joint_outputs(pattern, outputs.order, outputs.free, phase, posture),
+        outputs_by_default=not outputs.free,
         law=law_for(pattern, specification.law.name, specification.law.parameters),
         speed=specification.gait.speed,
         limits=_limits(specification.limits, default_limits(pattern, posture, asked.yaw_rate), pattern.robot),

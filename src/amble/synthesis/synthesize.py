@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
 
 from amble.amounts import check_amount
+from amble.control import DomainOutputs, Outputs
+from amble.control.outputs import least_share, left_out_along
 from amble.errors import InputError, NotSolvedError, printable
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
@@ -75,6 +77,10 @@ def _outside(problem: GaitProblem) -> list[str]:
     return found
 
 
+SINGULAR = 0.1
+"""Share of an internal torque that the joints left out hold (``least_share``), below which other outputs are chosen."""
+
+
 class GaitNotSolvedError(NotSolvedError):
     """The solver stopped without a solution.
 
@@ -131,7 +137,37 @@ def synthesize(
     gait = to_gait(problem, layout, solution)
     if not solution.solved:
         raise GaitNotSolvedError(solution, gait)
-    return gait
+    better = regular_outputs(problem, gait)
+    if better is problem.outputs:
+        return gait
+    again = replace(problem, outputs=better, outputs_by_default=False)
+    return synthesize(again, replace(gait, multipliers=None), tolerance, most_iterations, progress, solver=solver)
+
+
+def regular_outputs(problem: GaitProblem, gait: Gait) -> Outputs:
+    """Return outputs that can be decoupled all along a gait: those of the problem where they can, or were asked for.
+
+    Those by default are chosen at one posture, and a motion goes through others. What is changed, or should be, is
+    said.
+    """
+    pattern, found, said = problem.pattern, list[DomainOutputs](), list[str]()
+    for domain, known in zip(problem.outputs.domains, gait.domains, strict=True):
+        stance, controlled = pattern.stance(domain.domain), domain.coordinates
+        found.append(domain)
+        if not set(pattern.robot.joint_names) >= set(controlled):
+            continue  # a base angle is among them, which was asked for
+        share = least_share(pattern, stance, controlled, known.positions)
+        if share >= SINGULAR:
+            continue
+        others = left_out_along(pattern, stance, controlled, known.positions)
+        said.append(f"in {domain.domain} to a share of {share:.2g}; left out there should be {', '.join(others)}")
+        kept = tuple(joint for joint in pattern.robot.joint_names if joint not in others)
+        found[-1] = DomainOutputs(domain.domain, kept)
+    if not said:
+        return problem.outputs
+    asked = "" if problem.outputs_by_default else " (joint_outputs, free; [outputs] free)"
+    logger.warning("the outputs can hardly be decoupled along the motion, %s%s", "; ".join(said), asked)
+    return replace(problem.outputs, domains=tuple(found)) if problem.outputs_by_default else problem.outputs
 
 
 def require_independent_rows(program: GaitProgram, natural: Vector) -> None:

@@ -88,6 +88,7 @@ def until_checked(
         progress: called while it works.
         solver: name of a registered solver, as in ``synthesize``.
     """
+    problem = replace(problem, outputs=gait.outputs)  # others than the problem's where those were singular
     found = first = _checked(gait, 1, progress)
     while not found.passed and found.factor < FINEST:
         factor = 2 * found.factor
@@ -163,7 +164,8 @@ def solve(posed: PosedProblem, start: Gait | None = None, *, progress: Progress 
         if not found.passed:
             raise GaitNotCheckedError(found, posed.problem.intervals)
         return found.gait
-    return gait if solver.refinement == 1 else refine(posed.problem, gait, solver.refinement, progress)
+    problem = replace(posed.problem, outputs=gait.outputs)
+    return gait if solver.refinement == 1 else refine(problem, gait, solver.refinement, progress)
 
 
 def synthesize_specification(
