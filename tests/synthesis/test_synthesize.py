@@ -336,31 +336,20 @@ def test_the_rank_is_checked_once_for_all_problems_of_a_structure(
 
 
 def test_outputs_that_a_motion_makes_singular_are_chosen_again(caplog: pytest.LogCaptureFixture) -> None:
-    """Two front feet stand on a lateral line, along which hips push: without a hip pitch nothing decouples the outputs.
-
-    Those by default are replaced; those that were asked for stay, with the remedy.
-    """
+    """A joint of a leg in the air holds no internal torque. Outputs by default are replaced; those asked for stay."""
     problem = gait_problem(catalogue.astro(), "bound", speed=0.2, intervals=2)
     layout = build_layout(problem)
     start = initial_guess(problem, layout) / layout.scale
-    report = SolverReport(
-        solver="none",
-        status="none",
-        iterations=0,
-        seconds=0.0,
-        variables=0,
-        constraints=0,
-        violation=0.0,
-        objective=0.0,
-    )
+    numbers = dict.fromkeys(("iterations", "variables", "constraints"), 0)
+    report = SolverReport(solver="none", status="none", seconds=0.0, violation=0.0, objective=0.0, **numbers)
     found = to_gait(problem, layout, Solution(variables=start, multipliers=None, report=report, rows=(), solved=True))
     assert regular_outputs(problem, found) is problem.outputs
     assert not caplog.records
-    bad = joint_outputs(problem.pattern, free={"D1": ["fl_hip_pitch"]})
+    bad = joint_outputs(problem.pattern, free={"D1": ["rl_hip_pitch"]})
     better = regular_outputs(replace(problem, outputs=bad), found)
     assert better.of("D2") == bad.of("D2")
     (out,) = set(problem.pattern.robot.joint_names) - set(better.of("D1").coordinates)
-    assert out in ("fl_hip_yaw", "fr_hip_yaw")
+    assert problem.pattern.robot.legs["fl"].count(out) + problem.pattern.robot.legs["fr"].count(out) == 1
     asked = replace(problem, outputs=bad, outputs_by_default=False)
     assert regular_outputs(asked, found) is bad
-    assert re.search(r"in D1 to a share of 0\.0.*left out there should be f._hip_yaw .*free", caplog.text)
+    assert re.search(r"in D1 to a share of 0; left out there should be .*free", caplog.text)
