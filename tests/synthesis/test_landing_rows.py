@@ -15,7 +15,7 @@ from amble.robot import catalogue, kinematics
 from amble.robot.natural_units import velocity_unit
 from amble.synthesis import gait_problem
 from amble.synthesis.initial_guess import initial_guess
-from amble.synthesis.landing_rows import RELEASE, landing_blocks, release_rows
+from amble.synthesis.landing_rows import DEPTH, RELEASE, depth_rows, landing_blocks, release_rows
 from amble.synthesis.layout import build_layout
 from amble.synthesis.link_blocks import switch_block
 from amble.synthesis.node_block import parameter_values
@@ -87,3 +87,26 @@ def test_a_foot_that_a_landing_releases_goes_up_where_all_land_at_once(gait: str
     moved = [ca.jtimes(kinematics.foot_position(robot, foot, q)[2], q, v) for foot in switch.lifting]
     expected = ca.Function("expected", [q, v], [ca.vertcat(*moved)])(at, rates)
     assert np.asarray(value(at, rates)) == pytest.approx(np.asarray(expected))
+
+
+def test_a_landing_foot_would_go_on_into_the_ground() -> None:
+    """The row is zero where the parabola of its velocity and acceleration at touchdown turns at the depth asked for."""
+    problem = gait_problem(catalogue.astro(), "trot", speed=0.1, intervals=2)
+    robot, switch = problem.pattern.robot, problem.pattern.switches[0]
+    q, v, a = (ca.SX.sym(letter, robot.size) for letter in "qva")
+    found = depth_rows(problem, switch, q, v, a)
+    value = ca.Function("rows", [q, v, a], [ca.vertcat(*found.rows)])
+    at, rates = (states[0] for states in random_states(robot, 1))
+    time = ca.SX.sym("t")
+    for row, foot in enumerate(switch.landing):
+        rising = np.random.default_rng(row).normal(0.0, 10.0, robot.size)
+        along = at + rates * time + 0.5 * rising * time**2
+        height = kinematics.foot_position(robot, foot, along)[2]
+        slopes = ca.Function("slopes", [time], [ca.jacobian(height, time), ca.hessian(height, time)[0]])(0.0)
+        speed, up = (float(slope) for slope in slopes)
+        depth = speed**2 - 2.0 * up * DEPTH * robot.leg_length
+        assert float(value(at, rates, rising)[row]) == pytest.approx(depth / velocity_unit(robot) ** 2)
+    block = switch_block(problem, build_layout(problem), 0)
+    names = [label.name for label in block.labels]
+    for label in found.labels:
+        assert block.lower[0, names.index(label.name)] == 0.0

@@ -9,13 +9,11 @@ import typer
 
 from amble.cli import options
 from amble.cli.console import progress
-from amble.cli.lines import show_bounds, show_certified
 from amble.cli.output import result, show
 from amble.defaults import CERTIFICATE, GRID
 from amble.errors import InputError, WorkError
 
 if TYPE_CHECKING:
-    from amble.control import AllocationLaw
     from amble.gait import Gait
     from amble.residual import Residual
     from amble.robot import Robot
@@ -138,16 +136,3 @@ def certify(
     walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     certified(walker, out, allow_absurd_limits=allow_absurd_limits, law=chosen)
-
-
-def certified(gait: Gait, out: Path, *, allow_absurd_limits: bool = False, law: AllocationLaw | None = None) -> None:
-    """Certify a gait, write the certificate or its refusal, and say what it was held against."""
-    from amble.workflow.certify import certify_into
-
-    try:
-        with progress("certifying") as notify:
-            certificate = certify_into(gait, out, allow_absurd_limits=allow_absurd_limits, law=law, progress=notify)
-    except WorkError:
-        show_bounds(gait)
-        raise
-    show_certified(gait, certificate)

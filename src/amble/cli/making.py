@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from amble.cli import options
-from amble.cli.checking import certified
 from amble.cli.console import progress
 from amble.cli.lines import show_stabilized, show_synthesized
 from amble.cli.options import METHOD_OPTION
 from amble.cli.output import show, wrote
+from amble.cli.steps import certified
 from amble.defaults import CERTIFICATE, FREE, METHOD, Method
 from amble.errors import InputError, shown
 

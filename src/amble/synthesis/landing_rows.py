@@ -31,6 +31,11 @@ RELEASE = 0.001
 one would touch the ground at once."""
 
 
+DEPTH = 0.01
+"""Least depth below the ground that a landing foot would go on to, as a share of the leg length. ANYmal C's walk had
+0.0003, and starts changed by 1e-4 missed the ground; most gaits have 0.02 and more without the row."""
+
+
 def order_rows(problem: GaitProblem, switch: Switch, stance: Stance, q: ca.SX, v: ca.SX, impulse: ca.SX) -> RowGroup:
     """Return rows that say that a landing is possible.
 
@@ -79,6 +84,31 @@ def release_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX, where
     labels = RowKind.LANDING_ORDER.labels((f"{where}: velocity up {foot}" for foot in switch.lifting), "m/s")
     rows = [_upwards(problem, foot, q, v) for foot in switch.lifting]
     return RowGroup(rows=rows, labels=labels, lower=[least] * len(rows), upper=[np.inf] * len(rows))
+
+
+def depth_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX, a: ca.SX) -> RowGroup:
+    """Return rows that say that landing feet would go on into the ground, by ``DEPTH``, were it not there.
+
+    A foot that slows down as it lands, at v with a upwards, goes v^2 / 2 a deep; from a start beside the orbit one that
+    hardly reaches the ground misses it.
+
+    Args:
+        problem: the gait problem.
+        switch: at which feet land.
+        q: coordinates there, (n_q,).
+        v: their rates before the impact, (n_q,).
+        a: their accelerations before the impact, (n_q,).
+    """
+    robot, ground = problem.pattern.robot, problem.pattern.ground
+    rows = []
+    for foot in switch.landing:
+        frame = ground.frame(kinematics.foot_position(robot, foot, q))
+        J = kinematics.foot_jacobian(robot, foot, q)
+        speed = into_frame(J @ v, frame)[2] / velocity_unit(robot)
+        up = into_frame(J @ a + kinematics.foot_bias(robot, foot, q, v), frame)[2] / robot.gravity
+        rows.append(speed**2 - 2.0 * DEPTH * up)
+    labels = RowKind.TOUCHDOWN.labels((f"touchdown depth {foot} (v^2 / g l)" for foot in switch.landing), "1")
+    return RowGroup(rows=rows, labels=labels, lower=[0.0] * len(rows), upper=[np.inf] * len(rows))
 
 
 def landing_blocks(problem: GaitProblem, layout: Layout, number: int) -> list[Block]:

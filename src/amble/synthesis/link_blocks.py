@@ -18,7 +18,7 @@ from amble.robot import dynamics, kinematics
 from amble.robot.parts import RATE
 from amble.robot.turn import turn_error, turned_velocity
 from amble.synthesis.block import Block, Label
-from amble.synthesis.landing_rows import order_rows, release_rows
+from amble.synthesis.landing_rows import depth_rows, order_rows, release_rows
 from amble.synthesis.layout import DomainLayout, Layout
 from amble.synthesis.lift_off_rows import RISE, lift_off_rows
 from amble.synthesis.node_block import ProgramParameters, output_indices
@@ -142,7 +142,11 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         labels = RowKind.CONTINUITY.labels((f"continuity {RATE}{name}" for name in names), units(names, "/s"))
         groups.append(RowGroup.equalities([symbols.v_next - symbols.v_minus], labels))
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
-    force, a_plus = ca.SX(0, 1), ca.SX(0, 1)
+    force, a_minus, a_plus = ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)
+    if switch.landing:
+        a_minus = ca.SX.sym("a_minus", pattern.robot.size)
+        columns.append(domain.a[-1])
+        groups.append(depth_rows(problem, switch, *before, a_minus))
     if switch.leaving:
         a_plus = ca.SX.sym("a_plus", pattern.robot.size)
         columns.append(following.a[0])
@@ -159,7 +163,7 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
         columns.append(domain.force[-1])
     return Block(
         name=f"switch_{identifier(domain.stance.name)}",
-        variables=ca.vertcat(*before, *after, symbols.impulse, symbols.period, a_plus, force),
+        variables=ca.vertcat(*before, *after, symbols.impulse, symbols.period, a_minus, a_plus, force),
         constants=ca.SX(0, 1),
         parameters=parameters.packed(),
         rows=ca.vertcat(*(row for group in groups for row in group.rows)),
