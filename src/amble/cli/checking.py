@@ -10,6 +10,7 @@ import typer
 from amble.cli import options
 from amble.cli.console import progress
 from amble.cli.output import result, show
+from amble.cli.steps import certified
 from amble.defaults import CERTIFICATE, GRID
 from amble.errors import InputError, WorkError
 
