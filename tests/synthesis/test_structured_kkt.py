@@ -18,8 +18,8 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.structured_kkt import StructuredKkt, UnavailableError, structured_kkt
 from amble.types import Vector
+from benchmarks.kkt import SINGULAR, KktSystem, Ma27, kkt_system
 from tests.hybrid.test_gaits import _biped, _six
-from tests.kkt import SINGULAR, KktSystem, Ma27, kkt_system
 from tests.robots import robot
 from tests.synthetic import THREE
 

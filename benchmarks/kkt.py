@@ -100,7 +100,7 @@ class Ma27:
     """The functions that IPOPT calls, on one system; the numbers that are no use here are left out."""
 
     def __init__(self, solver: StructuredKkt, system: KktSystem) -> None:
-        self.solver, self.system = solver, system
+        self.solver, self.system, self.analysed = solver, system, system  # whose places are pointed to
         self.keep, self.work = np.zeros(3 * system.size, np.int32), np.zeros(8, np.int32)
         self.info, self.one = np.zeros(20, np.int32), ctypes.byref(ctypes.c_int(1))
         numbers = [ctypes.byref(ctypes.c_int(n)) for n in (system.size, system.values.size)]
