@@ -83,6 +83,16 @@ def test_a_rougher_ground_holds_longer(stabilised_gait: Gait) -> None:
     assert times[0] < times[1]
 
 
+def test_nothing_lands_on_a_step_from_below(stabilised_gait: Gait) -> None:
+    """A low step is landed on; one that is higher than the foot is lifted is not passed by landing in the air."""
+    foot, found = stabilised_gait.pattern.all_switches[1].landing[0], {}
+    for height in (1e-4, 0.3):
+        loop = unilateral_loop(stabilised_gait, errors=PlantErrors(friction=1e6, steps={foot: height}))
+        start = unilateral_start(stabilised_gait)
+        found[height] = simulate(loop, start, 1, 1e-8, samples=2, time_limit=0.5).completed
+    assert found == {1e-4: True, 0.3: False}
+
+
 def test_a_gait_is_simulated_so_by_name(stabilised_gait: Gait) -> None:
     """Of a changed start coordinates and rates are changed, not which feet are in contact."""
     trace = simulate(stabilised_gait, cycles=1, samples=2, perturbation=1e-6, seed=3, unilateral=True)

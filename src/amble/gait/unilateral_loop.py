@@ -149,10 +149,14 @@ class _StanceLoop:
         for source in (name, f"{name} {RELEASED}", f"{name} {TOUCHED}"):
             target = self.switch.target.name
             found += [
-                Transition(source=source, target=target, guard=guard, reset=reset, at_entry=True),
+                Transition(source=source, target=target, guard=guard, reset=reset, at_entry=not self.switch.landing),
                 Transition(source=source, target=f"{name} {RELEASED}", guard=release, reset=released, at_entry=True),
                 Transition(source=source, target=f"{name} {TOUCHED}", guard=touch, reset=touched),
             ]
+            if self.switch.landing:
+                found.append(
+                    Transition(source=source, target=target, guard=self._arrived(), reset=reset, at_entry=True)
+                )
         return tuple(found)
 
     def _planned(self) -> tuple[ca.Function, ca.Function]:
@@ -188,6 +192,12 @@ class _StanceLoop:
         ]
         jump = ca.vertcat(ca.MX.zeros(size), self.errors.late * (moved[0] - moved[1]))
         return replace(entered, x=entered.x + jump)
+
+    def _arrived(self) -> ca.Function:
+        """A guard that is past zero where all feet that land next are in contact already; a gap would also be below."""
+        t, state, p, now = self._symbols()
+        missing = [1.0 - now.active[self.contacts.feet.index(foot)] for foot in self.switch.landing]
+        return self._function("arrived", (t, state, p), sum(missing, ca.MX(-0.5)), "guard")
 
     def _release(self) -> tuple[ca.Function, ca.Function]:
         """The least normal force comes to zero: its foot is let go."""
