@@ -45,6 +45,7 @@ def test_weights_that_do_not_serve_are_left_by_whole_descents(
     assert found.radius < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("huge", [1e6, 0.0])
 def test_weights_without_an_orbit_are_no_start(walking_gait: Gait, stabilised_gait: Gait, huge: float) -> None:
     """Weights under which outputs depend on each other, or that throw the robot: the gait's own are the start."""
@@ -56,6 +57,7 @@ def test_weights_without_an_orbit_are_no_start(walking_gait: Gait, stabilised_ga
     assert start.closed.radius == pytest.approx(2.322, abs=0.01)
 
 
+@pytest.mark.slow
 def test_joints_that_the_neighbour_freed_stay_free(walking_gait: Gait, stabilised_gait: Gait) -> None:
     assert stabilised_gait.feedback is not None
     names = ["roll", "pitch", "yaw", *walking_gait.robot.joint_names]
