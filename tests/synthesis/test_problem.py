@@ -117,6 +117,16 @@ def test_limits_of_gaits_with_flight_allow_quicker_legs() -> None:
     assert flying.acceleration == pytest.approx(2.0 * walking.acceleration)
 
 
+def test_stances_that_end_by_a_force_last_longer() -> None:
+    """A walk's stances of three feet, not those of two, which end as a foot lands."""
+    model = replace(robot("go2"), symmetry_tolerance=1.0)
+    pattern, time = GAITS["walk"](model, FLAT, POINT), np.sqrt(model.leg_length / model.gravity)
+    limits = default_limits(pattern)
+    for switch in pattern.switches:
+        shortest = 0.15 if len(switch.source.feet) == 3 else 0.05
+        assert limits.durations[switch.source.name] == pytest.approx((shortest * time, 0.75 * time))
+
+
 @pytest.mark.parametrize("name", ["go2", "solo12"])
 def test_default_limits_keep_a_style(name: str) -> None:
     """The base nearly level, feet that rise and land softly, knees bent as at the posture."""

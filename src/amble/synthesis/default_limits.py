@@ -7,7 +7,7 @@ from math import isfinite, radians, sqrt
 
 from amble.gait import Limits
 from amble.gait.limits import SLOWEST_LANDING, Interval
-from amble.hybrid import GaitPattern
+from amble.hybrid import GaitPattern, Switch
 from amble.robot import Robot, catalogue
 from amble.robot.catalogue import GaitBounds, Posture
 from amble.robot.natural_units import velocity_unit
@@ -20,6 +20,10 @@ ACCELERATION, IN_FLIGHT = 9.0, 18.0
 """Largest acceleration of joints by default, in g / l; of gaits with flight, where all legs are pulled up and put down
 in one domain: Go2's pronk has no solution with half as much."""
 
+LIFT_OFF = 0.15
+"""Shortest stance by default that ends as feet leave by their force, in sqrt(l / g). ANYmal C's walk had one of 0.05,
+in which a force fell from half the weight to 2 %, and starts changed by 1e-4 fell."""
+
 CLEARANCE = 0.08
 """Height of swing feet at the middle of their swing by default, as a share of the leg length."""
 
@@ -29,9 +33,10 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
 
     For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
     other, joint limits come from its description, and the rest follows from size and weight, with l the leg length, m
-    the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), accelerations up to 9 g / l, with flight 18, a
-    touchdown slower than 0.15 sqrt(g l) forward, 0.05 sideways and 0.45 downward, there faster than 0.02, normal forces
-    from 2.4 % of m g, swing feet above 8 % of l, roll and pitch within 0.1 rad, knees at least 15 degrees off straight
+    the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), from 0.15 where feet leave by their force at the
+    end, accelerations up to 9 g / l, with flight 18, a touchdown slower than 0.15 sqrt(g l) forward, 0.05 sideways and
+    0.45 downward, there faster than 0.02, normal forces from 2.4 % of m g, swing feet above 8 % of l, roll and pitch
+    within 0.1 rad, knees at least 15 degrees off straight
     and bent as at the posture. Without these the smallest torques are those of straight legs whose feet hardly rise.
 
     Args:
@@ -51,7 +56,7 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
         torques = {joint.name: joint.effort for joint in robot.joints if isfinite(joint.effort)}
         speeds = {joint.name: joint.velocity for joint in robot.joints if isfinite(joint.velocity)}
     return Limits(
-        durations={stance.name: bounds.duration for stance in pattern.solved},
+        durations={switch.source.name: _duration(robot, switch, bounds.duration) for switch in pattern.switches},
         positions=_turning(bounds.positions, yaw_rate * bounds.duration[1] * len(pattern.solved)),
         speeds=speeds,
         torques=torques,
@@ -60,6 +65,13 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
         normal_force=normal_force,
         clearance=clearance,
     )
+
+
+def _duration(robot: Robot, switch: Switch, bounds: Interval) -> Interval:
+    """Bounds of the duration of the stance that a switch ends; a force takes its time to fall."""
+    if not switch.leaving or catalogue.holds(robot):
+        return bounds
+    return (max(bounds[0], LIFT_OFF * sqrt(robot.leg_length / robot.gravity)), bounds[1])
 
 
 def _turning(positions: Mapping[str, Interval], turn: float) -> Mapping[str, Interval]:
