@@ -105,3 +105,11 @@ def test_what_cannot_be_in_the_plane_is_said() -> None:
         gait_pattern(planar, [("l",), ("r",)], ground=Plane(slope=0.1, heading=1.0))
     with pytest.raises(InputError, match="moves in a plane: it has no lateral speed and no yaw rate"):
         gait_problem(planar, "walk", speed=0.5, yaw_rate=0.1)
+
+
+@pytest.mark.parametrize("name", ["roll", "x", "rate of x", "acceleration of l_hip"])
+def test_no_joint_has_the_name_of_another_coordinate(name: str) -> None:
+    """Outputs, limits and states are named by coordinates: a joint called roll was the base's."""
+    planar = robot(PLANAR)
+    with pytest.raises(InputError, match="which is the name of another coordinate or derivative"):
+        replace(planar.joints[0], name=name)

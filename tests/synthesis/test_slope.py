@@ -24,6 +24,8 @@ from amble.hybrid import FLAT, GaitPattern, Ground, Plane, gait_pattern
 from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 from amble.simulation import simulate
+from amble.stability import certify
+from amble.stability.stabilize import stabilize
 from amble.synthesis import GaitProblem, default_limits, gait_problem, synthesize
 from amble.synthesis.layout import NORMAL_FORCE_MARGIN, build_layout, variable_bounds
 from amble.synthesis.link_blocks import switch_block
@@ -192,3 +194,29 @@ def test_check_monitors_and_comparison_name_the_same_forces(gait: Gait, monkeypa
     normal = np.asarray(SLOPE.normal(np.zeros(3)))
     lightest = min(float(np.min(d.forces.reshape(len(d.times), -1, 3) @ normal)) for d in gait.domains)
     assert nominal.min_normal_force == pytest.approx(lightest, rel=1e-12)
+
+
+@pytest.mark.parametrize(("heading", "mirrored"), [(0.0, True), (np.pi, True), (0.5, False), (0.5 * np.pi, False)])
+def test_the_mirror_holds_along_the_fall_line_only(heading: float, mirrored: bool) -> None:
+    """And a gait by name across it has to give its mirror up: by a table that does not claim it."""
+    ground = Plane(slope=np.radians(10.0), heading=heading)
+    assert ground.mirrored == mirrored
+    if not mirrored:
+        with pytest.raises(InputError, match="the same on the left and on the right"):
+            amble(catalogue.astro(), ground)
+    across = gait_pattern(catalogue.astro(), [("fl", "rr"), ("fr", "rl")], ground=ground)
+    assert not across.mirrored
+
+
+@pytest.mark.slow
+def test_a_gait_up_ten_degrees_is_certified_and_walks() -> None:
+    walking = synthesize(gait_problem(catalogue.astro(), "amble", speed=0.2, ground=SLOPE))
+    assert check(walking).passed
+    stable = stabilize(walking)
+    certificate = certify(stable)
+    assert certificate.radius < 0.95
+    trace = simulate(stable, certificate.state, 20)
+    assert trace.completed, trace.ended
+    moved = trace.state[-1, :3] - trace.state[0, :3]
+    assert moved[2] == pytest.approx(np.tan(SLOPE.slope) * moved[0], abs=1e-6)
+    assert moved[0] == pytest.approx(0.2 * (trace.time[-1] - trace.time[0]), rel=1e-4)
