@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from amble.amounts import check_amount
-from amble.analysis import samples_of_gait
+from amble.analysis import reference_motion, samples_of_gait
 from amble.analysis.survival import survived_cycles
 from amble.control import joint_outputs
 from amble.errors import InputError
@@ -22,11 +22,13 @@ from amble.gait.files import load_gait
 from amble.gait.impedance import Impedance
 from amble.simulation import simulate
 from amble.stability import assess, certify, difference_check, fixed_point, monodromy, multipliers, poincare_map
+from amble.stability.robustness import TrialSettings
 from amble.synthesis import GaitProblem, gait_problem, refine, sweep, synthesize
 from amble.validation import validate
 from amble.verification.check import check
 from amble.view import replay, replay_of_samples
 from amble.workflow.reproduce import reproduce
+from amble.workflow.robustness import robustness
 from tests.hybrids import bouncing_ball
 
 STATE = np.array([0.0, 1.0])
@@ -44,7 +46,15 @@ RECORDS = {
 }  # fmt: skip
 """What says how much was done, or names a place."""
 
-OTHERS = {("simulate", "seed"), ("validate", "seed"), ("Settings", "bits"), ("Settings", "order")}
+OTHERS = {
+    *(
+        ("simulate", "seed"),
+        ("validate", "seed"),
+        ("TrialSettings", "seed"),
+        ("Settings", "bits"),
+        ("Settings", "order"),
+    )
+}
 """Seeds set no work; those of proofs are tested in tests/proof."""
 
 
@@ -85,6 +95,10 @@ CALLS: dict[tuple[str, str], Call] = {
     ("GaitProblem", "intervals"): lambda _, problem, n: replace(problem, intervals=n),
     ("synthesize", "most_iterations"): lambda _, problem, n: synthesize(problem, most_iterations=n),
     ("sweep", "most_iterations"): lambda _, problem, n: next(sweep([problem], most_iterations=n)),
+    ("reference_motion", "cycles"): lambda gait, _, n: reference_motion(gait, 100.0, n),
+    ("TrialSettings", "cycles"): lambda _g, _p, n: TrialSettings(cycles=n),
+    ("robustness", "trials"): lambda gait, _, n: robustness(gait, "nowhere", trials=n),
+    ("robustness", "workers"): lambda gait, _, n: robustness(gait, "nowhere", workers=n),
     ("refine", "factor"): lambda gait, problem, n: refine(problem, gait, n),
 }
 

@@ -35,6 +35,12 @@ def shown(value: object, most: int = 80) -> str:
     return text if len(text) <= most else f"{text[:most]}..."
 
 
+def shown_path(path: object, most: int = 400) -> str:
+    """Return the name of a file or folder as ``shown``; of a long one the end stays, which tells files apart."""
+    text = printable(str(path))
+    return text if len(text) <= most else f"...{text[-most:]}"
+
+
 def listed(names: Iterable[str], most: int = 2000) -> str:
     """Return names as they may stand in a sentence: each as ``shown``, and no more than fit into so many characters."""
     parts = [shown(name) for name in names]

@@ -96,6 +96,8 @@ CASES = {
     "report": Case(("report", "{inputs}", "--law", "pinv", "--out"), _files),
     "synthesize": Case(("synthesize", "{inputs}/spec.toml", "--out"), load_gait, kills=12),
     "stabilize": Case(("stabilize", BIPED, "--out"), load_gait, kills=12),
+    "robustness": Case(("robustness", BIPED, "--trials", "2", "--cycles", "2", "--out"), _files, kills=6),
+    "library": Case(("library", "{inputs}/library.toml", "--out"), _files, kills=6),
     "reproduce": Case(("reproduce", "--spec", "{inputs}/spec.toml", "--cycles", "2", "--out"), _files, kills=9),
 }
 """Every command that writes."""
@@ -110,7 +112,9 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert exit_code("export", BIPED, "--out", str(folder / "motion.npz")) == 0
     assert exit_code("simulate", BIPED, "--cycles", "2", "--out", str(folder / "trace.nc")) == 0
     text = (resources.files("amble.specifications") / "astro-amble.toml").read_text()
-    (folder / "spec.toml").write_text(re.sub(r"intervals = \d+", "intervals = 6\nrefinement = 1", text))
+    coarse = re.sub(r"intervals = \d+", "intervals = 6\nrefinement = 1", text)
+    (folder / "spec.toml").write_text(coarse)
+    (folder / "library.toml").write_text(f"{coarse}\n[library.axes]\nspeed = [0.18, 0.2]\n")
     return folder
 
 

@@ -42,6 +42,12 @@ def test_a_name_with_a_line_break_stays_in_the_sentence(tmp_path: Path) -> None:
     refused(tmp_path / "a\nb", r"a\\nb.*No such file")
 
 
+def test_a_very_long_name_does_not_fill_the_sentence(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="the end' cannot be read: File name too long") as refused:
+        read_bytes(tmp_path / ("x" * 100_000 + "the end"), "robot file")
+    assert len(str(refused.value)) < 1000
+
+
 def test_a_large_file_is_refused_without_reading_it(tmp_path: Path) -> None:
     path = tmp_path / "large"
     with path.open("wb") as stream:

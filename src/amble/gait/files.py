@@ -9,7 +9,7 @@ import hashlib
 import json
 from pathlib import Path
 
-from amble.errors import InputError, printable, shown
+from amble.errors import InputError, printable, shown, shown_path
 from amble.gait.codec import GAIT
 from amble.gait.record import Gait
 from amble.io.reader import read_json
@@ -67,9 +67,9 @@ def load_gait(path: str | Path, robot: Robot | None = None) -> Gait:
             another robot; where a key is missing or unknown, a unit or a shape differs, or a number is not finite.
     """
     tree = read_json(path, "gait file")
-    name = f"gait file '{printable(str(path))}'"
+    name = f"gait file '{shown_path(path)}'"
     if tree.pop("format", None) != FORMAT:
-        raise InputError(f"'{printable(str(path))}' is not a gait file")
+        raise InputError(f"'{shown_path(path)}' is not a gait file")
     version = tree.pop("format_version", None)
     if version != FORMAT_VERSION or isinstance(version, bool):
         release = READERS.get(version) if type(version) is int else None

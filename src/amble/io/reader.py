@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from amble.errors import InputError, printable, shown
+from amble.errors import InputError, shown, shown_path
 
 if TYPE_CHECKING:
     from amble.types import Json  # numpy stays out of the start of the command line
@@ -37,7 +37,7 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|infinity|n
 @contextlib.contextmanager
 def opened(path: str | Path, what: str, largest: int) -> Iterator[tuple[BinaryIO, int]]:
     """Open a regular file that is not too large, and yield it with its size; errors as in ``read_bytes``."""
-    name = f"{what} '{printable(str(path))}'"
+    name = f"{what} '{shown_path(path)}'"
     try:
         # without O_NONBLOCK, opening a pipe waits for somebody who writes
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -73,7 +73,7 @@ def read_bytes(path: str | Path, what: str, largest: int = LARGEST_TEXT) -> byte
     with opened(path, what, largest) as (stream, _):
         content = stream.read(largest + 1)  # a file may grow while it is read, so its size alone is not believed
     if len(content) > largest:
-        raise InputError(_too_large(f"{what} '{printable(str(path))}'", largest))
+        raise InputError(_too_large(f"{what} '{shown_path(path)}'", largest))
     return content
 
 
@@ -86,12 +86,12 @@ def read_text(path: str | Path, what: str, largest: int = LARGEST_TEXT) -> str:
     try:
         return read_bytes(path, what, largest).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{what} '{printable(str(path))}' is not text in UTF-8: {_reason(error)}") from None
+        raise InputError(f"{what} '{shown_path(path)}' is not text in UTF-8: {_reason(error)}") from None
 
 
 def read_json(path: str | Path, what: str) -> Json:
     """Read a file that holds one JSON object; errors as in ``read_text`` and ``parse_json``."""
-    name = f"{what} '{printable(str(path))}'"
+    name = f"{what} '{shown_path(path)}'"
     tree = parse_json(read_text(path, what), name)
     if not isinstance(tree, dict):
         raise InputError(f"{name} is not an object")
@@ -104,7 +104,7 @@ def read_toml(path: str | Path, what: str) -> Json:
     Raises:
         InputError: also where it is not TOML, or too deep, or holds a whole number that is too long.
     """
-    name = f"{what} '{printable(str(path))}'"
+    name = f"{what} '{shown_path(path)}'"
     text = read_text(path, what)
     return _bounded(lambda: tomllib.loads(text), name, "TOML")
 

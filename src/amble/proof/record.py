@@ -18,7 +18,7 @@ from flint import arb
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from amble.amounts import check_amount
-from amble.errors import InputError
+from amble.errors import InputError, shown_path
 from amble.hybrid import HybridSystem
 from amble.io.reader import read_json
 from amble.io.storage import atomic_write, dumps
@@ -203,7 +203,7 @@ def load_proof(path: str | Path) -> Proof:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"proof '{path}' cannot be used: {where or 'file'}: {first['msg']}") from None
+        raise InputError(f"proof '{shown_path(path)}' cannot be used: {where or 'file'}: {first['msg']}") from None
 
 
 def _proof(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin | None, bits: int) -> Proof:

@@ -14,7 +14,7 @@ from typing import Any
 
 from amble.analysis import Comparison, ContactReport
 from amble.codegen.compiler import compiler
-from amble.errors import InputError, WorkError, printable
+from amble.errors import InputError, WorkError, shown_path
 from amble.gait import SolverReport
 from amble.io.codec import TEXT, ByName
 from amble.io.quantities import Bare
@@ -124,7 +124,7 @@ def read_results(path: str | Path) -> Json:
     tree = read_json(path, "results file")
     if tree.get("format") != FORMAT or tree.get("format_version") != FORMAT_VERSION:
         raise InputError(
-            f"results file '{printable(str(path))}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it "
+            f"results file '{shown_path(path)}' is not an {FORMAT} of format version {FORMAT_VERSION}; without it "
             "the report is written without what it says of stability, settings and times"
         )
     return tree

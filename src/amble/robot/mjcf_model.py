@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from amble.errors import InputError, printable, shown
+from amble.errors import InputError, shown, shown_path
 from amble.io.reader import read_bytes
 from amble.io.worker import by_worker
 from amble.optional import require
@@ -44,7 +44,7 @@ def compiled(path: Path) -> Any:
         InputError: MuJoCo does not compile the file, in time and memory, or it needs a file outside its folder.
     """
     require("mujoco", "mujoco", "MJCF files")
-    name, content = f"robot file '{printable(str(path))}'", read_bytes(path, "robot file", LARGEST)
+    name, content = f"robot file '{shown_path(path)}'", read_bytes(path, "robot file", LARGEST)
     parts = [("include", label, text) for label, text in _included(path, content, name)]
     found = _asked(name, content, parts)
     if "needs" in found:

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from amble.errors import InputError, printable, shown
+from amble.errors import InputError, shown, shown_path
 from amble.io.reader import parse_number, read_bytes
 from amble.names import check_name
 from amble.robot.parts import LARGEST_NUMBER
@@ -99,7 +99,7 @@ def read_urdf(path: Path) -> FileRobot:
 
 def parsed_urdf(path: Path) -> ElementTree.Element:
     """Return the root element of a URDF file; errors as in ``read_urdf``."""
-    name = f"robot file '{printable(str(path))}'"
+    name = f"robot file '{shown_path(path)}'"
     text = _decoded(read_bytes(path, "robot file", LARGEST), name)
     try:
         root = ElementTree.fromstring(text)

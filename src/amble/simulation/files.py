@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError, printable, shown
+from amble.errors import InputError, UnknownNameError, shown, shown_path
 from amble.io.codec import TEXT, ListOf
 from amble.io.reader import parse_json
 from amble.io.storage import replacing
@@ -79,7 +79,7 @@ def load_trace(path: str | Path) -> Trace:
         InputError: in one sentence, where the file is missing, truncated, not a trace, or has numbers that are not
             finite, or not in range, where a trace has none.
     """
-    name = f"trace file '{printable(str(path))}'"
+    name = f"trace file '{shown_path(path)}'"
     variables, attributes = read_netcdf(path, "trace file", AXES, SIGNAL, ATTRIBUTES)
     if attributes.get("format") != FORMAT or attributes.get("format_version") != FORMAT_VERSION:
         raise InputError(f"{name} is not an {FORMAT} of version {FORMAT_VERSION}")

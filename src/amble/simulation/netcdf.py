@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.errors import InputError, printable
+from amble.errors import InputError, shown_path
 from amble.io.reader import opened
 from amble.io.worker import by_worker
 from amble.version import __version__
@@ -137,7 +137,7 @@ def read_netcdf(
     Raises:
         InputError: in one sentence, where the file cannot be read, is no netCDF-4 file, is damaged or too large.
     """
-    name = f"{what} '{printable(str(path))}'"
+    name = f"{what} '{shown_path(path)}'"
     with opened(path, what, LARGEST) as (stream, size):
         wanted = {
             "variables": dict(variables),

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from amble.errors import InputError, printable, shown
+from amble.errors import InputError, shown, shown_path
 from amble.io.reader import read_bytes
 from amble.robot.parts import LARGEST_NUMBER
 from amble.types import IntegerVector, Matrix, NodeValues
@@ -34,7 +34,7 @@ def read_mesh(path: Path) -> NodeValues:
     Raises:
         InputError: the file cannot be read, is of an unknown format, or holds no triangle of finite numbers.
     """
-    name = f"mesh file '{printable(str(path))}'"
+    name = f"mesh file '{shown_path(path)}'"
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"{name} is of no known format; known: {', '.join(READERS)}")

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from amble.errors import InputError
+from amble.errors import InputError, shown, shown_path
 from amble.io.storage.places import check_folder, file_at, folder_at, worded, workplace
 
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
@@ -45,7 +45,9 @@ def atomic_write(path: str | Path, content: str | bytes) -> Path:
         data = content.encode() if isinstance(content, str) else content
     except UnicodeEncodeError as error:
         character = error.object[error.start]
-        raise InputError(f"cannot write '{path}': the text holds {character!a}, which is no character") from error
+        raise InputError(
+            f"cannot write '{shown_path(path)}': the text holds {character!a}, which is no character"
+        ) from error
     with replacing(path) as temporary:
         temporary.write_bytes(data)
     return Path(path)
@@ -113,7 +115,7 @@ def check_replaceable(path: str | Path, belongs: Callable[[str], bool]) -> None:
     target = folder_at(path)
     with worded(path, target):
         if target.is_mount():
-            raise InputError(f"cannot write '{path}': a folder is replaced as a whole; name one inside it")
+            raise InputError(f"cannot write '{shown_path(path)}': a folder is replaced as a whole; name one inside it")
         if target.exists():
             _check_content(path, target, belongs)
     check_folder(target.parent)
@@ -121,13 +123,15 @@ def check_replaceable(path: str | Path, belongs: Callable[[str], bool]) -> None:
 
 def _check_content(path: str | Path, target: Path, belongs: Callable[[str], bool]) -> None:
     if target == Path(os.path.realpath(os.curdir)):
-        raise InputError(f"cannot write '{path}': it is the current folder, which cannot be replaced; name another")
+        raise InputError(
+            f"cannot write '{shown_path(path)}': it is the current folder, which cannot be replaced; name another"
+        )
     with os.scandir(target) as entries:
         foreign = sorted(e.name for e in entries if not (e.is_file(follow_symlinks=False) and belongs(e.name)))
     if foreign:
         raise InputError(
-            f"cannot write '{path}': the folder would be replaced as a whole, and '{foreign[0]}' in it was not "
-            "written by this command; move it or name another folder"
+            f"cannot write '{shown_path(path)}': the folder would be replaced as a whole, and "
+            f"'{shown(foreign[0])}' in it was not written by this command; move it or name another folder"
         )
 
 

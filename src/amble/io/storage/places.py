@@ -16,7 +16,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from amble.errors import InputError, WorkError
+from amble.errors import InputError, WorkError, shown_path
 
 USER_ERRORS = (
     errno.EACCES,
@@ -138,11 +138,11 @@ def file_at(path: str | Path) -> Path:
     """
     target, mode = _followed(path)
     if mode is not None and stat.S_ISDIR(mode):
-        raise InputError(f"cannot write '{path}': it is a folder; name a file")
+        raise InputError(f"cannot write '{shown_path(path)}': it is a folder; name a file")
     if mode is not None and not stat.S_ISREG(mode):
-        raise InputError(f"cannot write '{path}': it exists and is not a regular file")
+        raise InputError(f"cannot write '{shown_path(path)}': it exists and is not a regular file")
     if mode is not None and not os.access(target, os.W_OK):
-        raise InputError(f"cannot write '{path}': it is protected against writing")
+        raise InputError(f"cannot write '{shown_path(path)}': it is protected against writing")
     return target
 
 
@@ -154,7 +154,7 @@ def folder_at(path: str | Path) -> Path:
     """
     target, mode = _followed(path)
     if mode is not None and not stat.S_ISDIR(mode):
-        raise InputError(f"cannot write '{path}': it is not a folder")
+        raise InputError(f"cannot write '{shown_path(path)}': it is not a folder")
     return target
 
 
@@ -173,7 +173,7 @@ def worded(path: str | Path, target: Path) -> Iterator[None]:
         if error.filename is not None and not _ours(Path(os.fsdecode(error.filename)), target):
             raise
         kind = InputError if error.errno in USER_ERRORS else WorkError
-        raise kind(f"cannot write '{path}': {error.strerror or error}") from error
+        raise kind(f"cannot write '{shown_path(path)}': {error.strerror or error}") from error
 
 
 def _ours(path: Path, target: Path) -> bool:
@@ -191,7 +191,7 @@ def _followed(path: str | Path) -> tuple[Path, int | None]:
     except ValueError as error:  # NUL, or a character that no file name can hold
         raise InputError(f"cannot write {os.fspath(path)!r}: no file can have this name") from error
     except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror or error}") from error
+        raise InputError(f"cannot write '{shown_path(path)}': {error.strerror or error}") from error
 
 
 def _probe(folder: Path, name: str) -> None:

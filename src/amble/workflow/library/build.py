@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from amble.amounts import check_amount
-from amble.errors import InputError, printable
+from amble.errors import InputError, shown_path
 from amble.progress import Progress, ProgressReport, silent
 from amble.types import Json
 from amble.workflow.library.axes import LibrarySpecification, label, read_library
@@ -151,7 +151,7 @@ def _alone(folder: Path, shared: bool) -> Iterator[None]:
         try:
             fcntl.flock(lock, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise InputError(f"another run is at work in '{printable(str(folder))}'") from None
+            raise InputError(f"another run is at work in '{shown_path(folder)}'") from None
         except OSError:  # a file system without locks
             pass
         yield

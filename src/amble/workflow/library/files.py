@@ -21,7 +21,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from amble.errors import InputError, printable
+from amble.errors import InputError, shown_path
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
 from amble.io.reader import read_json
@@ -116,7 +116,7 @@ def load_library(folder: str | Path) -> Library:
     place = Path(folder)
     tree = read_json(place / HEADER, "library")
     if tree.get("format") != FORMAT or tree.get("format_version") != FORMAT_VERSION:
-        raise InputError(f"'{printable(str(place / HEADER))}' is no library of format version {FORMAT_VERSION}")
+        raise InputError(f"'{shown_path(place / HEADER)}' is no library of format version {FORMAT_VERSION}")
     records = sorted((place / RECORDS).glob("*.json"))
     return Library(place, tuple(_entry(path) for path in records))
 
@@ -142,12 +142,12 @@ def claim_folder(folder: Path, library: LibrarySpecification) -> None:
         parts = ("format", "format_version", "axes", "specification")
         if any(known.get(part) != tree[part] for part in parts):
             raise InputError(
-                f"'{printable(str(folder))}' holds the library of another specification (its {HEADER}); name another "
+                f"'{shown_path(folder)}' holds the library of another specification (its {HEADER}); name another "
                 "folder, or remove it"
             )
         return
     if folder.exists() and any(folder.iterdir()):
-        raise InputError(f"'{printable(str(folder))}' holds files that are no library; name another folder")
+        raise InputError(f"'{shown_path(folder)}' holds files that are no library; name another folder")
     atomic_write(path, dumps(tree) + "\n")
 
 
@@ -192,7 +192,7 @@ def _entry(path: Path) -> LibraryEntry:
     try:
         return LibraryEntry(**{**tree, "notes": tuple(tree["notes"])})
     except (TypeError, KeyError):
-        raise InputError(f"'{printable(str(path))}' is no record of a library") from None
+        raise InputError(f"'{shown_path(path)}' is no record of a library") from None
 
 
 def write_tables(library: Library) -> tuple[Path, Path]:
