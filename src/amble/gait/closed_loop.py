@@ -107,8 +107,7 @@ def _transition(gait: Gait, loop: StanceLoop, switch: Switch, last: bool, half: 
     mirrors = half and gait.pattern.mirrored and last
     target = gait.pattern.stances[0].name if half and last else switch.target.name
     reset = mirrored_result(gait.robot, loop.reset) if mirrors else loop.reset
-    at_once = bool(switch.leaving)  # a foot that enters with less than its smallest force leaves
-    return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, at_entry=at_once)
+    return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, direction=-1)
 
 
 def _landing_domains(

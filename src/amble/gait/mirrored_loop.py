@@ -54,8 +54,7 @@ def mirrored_transition(robot: Robot, loop: StanceLoop, switch: Switch) -> Trans
     guard = ca.Function("mirrored_guard", [t, x, p], [loop.guard(t, image, p)], ARGUMENTS, ["guard"])
     after = robot.mirror.state(loop.reset(t, image, p))
     reset = ca.Function("mirrored_reset", [t, x, p], [after], ARGUMENTS, ["state"])
-    at_once = bool(switch.leaving)
-    return Transition(source=switch.source.name, target=switch.target.name, guard=guard, reset=reset, at_entry=at_once)
+    return Transition(source=switch.source.name, target=switch.target.name, guard=guard, reset=reset, direction=-1)
 
 
 def _mirrored_signal(pattern: GaitPattern, name: str, value: ca.MX) -> ca.MX:

@@ -120,7 +120,7 @@ class Transition:
         dead_time: clock before which the guard is not looked at, s. It makes the rule above robust: from a start that
             is perturbed off the section, a guard that should be zero there would cross at once.
         at_entry: whether the guard fires at the entry, clock 0, too where it is past zero there or about to be: a foot
-            that reached the ground together with the one whose landing led here, one that carries too little to stay.
+            that reached the ground together with the one whose landing led here.
         slope_bound: a bound on |dH/dt| along every motion through the source, in the guard's unit per second. With it
             no crossing is missed, however short; without (infinite), none longer than ``max_step``.
     """
