@@ -32,7 +32,7 @@ def test_prove_and_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 @pytest.mark.parametrize(
     ("system", "reason"),
     [
-        ("gait.json", "is a gait"),
+        ("gait.json", "gait.json"),
         ("nowhere", "is not MODULE:NAME"),
         ("no_such_module:name", "cannot be loaded"),
         (f"{WHEEL}:nothing", "cannot be loaded"),

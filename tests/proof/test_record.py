@@ -87,7 +87,7 @@ def test_a_proof_of_another_system_is_refused(proof: Proof) -> None:
     ("change", "reason"),
     [
         ({"format": "amble gait"}, "format"),
-        ({"version": 2}, "version"),
+        ({"version": 1}, "version"),
         ({"extra": 1}, "extra"),
         ({"system": 5}, "system"),
     ],

@@ -9,8 +9,9 @@ from flint import arb
 
 from amble.hybrid import Domain
 from amble.proof.arithmetic import column, exact_matrix, working_precision
+from amble.proof.explicit_field import ExplicitField
 from amble.proof.step import take_step
-from amble.proof.taylor import ExplicitField, variation
+from amble.proof.taylor import variation
 from amble.types import Matrix
 
 
@@ -34,7 +35,7 @@ def test_linear_systems_against_the_matrix_exponential(size: int, seed: int) -> 
         assert all(ball.overlaps(value) for ball, value in zip(done.image, image, strict=True))
         assert done.slope.overlaps(flow)
         assert max(float(ball.rad()) for ball in done.image) < 1e-25
-        for value, start in zip(done.tube, centre, strict=True):
+        for value, start in zip(done.parts[0].box, centre, strict=True):
             assert value.contains(start)
 
 
@@ -52,7 +53,7 @@ def test_motions_of_random_starts_stay_in_tube_and_image() -> None:
             moved = (done.length + start.atan()).tan()
             assert image.contains(moved)
             between = (done.length * float(draws.uniform()) + start.atan()).tan()
-            assert done.tube[0].contains(between)
+            assert done.parts[0].box[0].contains(between)
 
 
 def test_the_coefficients_of_the_exponential() -> None:

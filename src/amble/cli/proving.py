@@ -1,7 +1,8 @@
-"""``amble prove``: enclosures instead of estimates, for a hybrid system written in Python."""
+"""``amble prove``: enclosures instead of estimates, for a gait or a hybrid system written in Python."""
 
 from __future__ import annotations
 
+from math import nextafter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ from amble.errors import InputError, shown
 from amble.io.plugins import named_object
 
 if TYPE_CHECKING:
+    from amble.gait import Gait
     from amble.hybrid import HybridSystem
     from amble.proof import Proof
     from amble.types import Vector
@@ -22,7 +24,8 @@ def prove(
     system: Annotated[
         str,
         typer.Argument(
-            help="MODULE:NAME or FILE.py:NAME of a pair (HybridSystem, start), or of a function that returns one.",
+            help="Gait file; or MODULE:NAME or FILE.py:NAME of a pair (HybridSystem, start), or of a function that "
+            "returns one.",
             show_default=False,
         ),
     ],
@@ -34,44 +37,60 @@ def prove(
         ),
     ] = None,
     bits: Annotated[int, typer.Option(min=64, max=1024, help="Precision of the arithmetic.")] = 128,
-    order: Annotated[int, typer.Option(min=4, max=40, help="Order of the Taylor steps.")] = 20,
+    order: Annotated[
+        int | None, typer.Option(min=4, max=40, help="Order of the Taylor steps.", show_default="20; 28 for a gait")
+    ] = None,
     basin: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Largest radius that is tried for the basin; 0 for none.")
-    ] = 1e-2,
+        float | None,
+        typer.Option(
+            min=0.0,
+            max=1.0,
+            help="Largest radius that is tried for the basin; 0 for none.",
+            show_default="0.01; 0 for a gait",
+        ),
+    ] = None,
 ) -> None:
     """Prove that a system has a periodic orbit, whether it is exponentially stable, and from how far it attracts."""
+    from dataclasses import replace
+
     from amble.optional import require
 
     require("flint", "proof", "proofs")
-    from amble.proof import Settings, load_proof, save_proof
+    from amble.proof import GAIT_SETTINGS, Settings, load_proof, prove_gait, save_proof
     from amble.proof import prove as proved
     from amble.proof import verify as verified
 
-    walker, start = _system(system)
+    subject = _subject(system)
     if verify is not None:
         with progress("verifying"):
-            verified(load_proof(verify), walker)
+            verified(load_proof(verify), subject[0] if isinstance(subject, tuple) else subject)
         result(verified=True)
         show(f"every enclosure of '{verify}' was computed again and holds")
         return
+    usual = Settings() if isinstance(subject, tuple) else GAIT_SETTINGS
+    tried = usual.basin if basin is None else basin
+    settings = replace(usual, bits=bits, order=order or usual.order, basin=tried)
     with progress("proving") as notify:
-        proof = proved(walker, start, Settings(bits=bits, order=order, basin=basin), progress=notify)
+        if isinstance(subject, tuple):
+            proof = proved(*subject, settings, notify)
+        else:
+            proof = prove_gait(subject, settings, notify)
     for line in _sentences(proof):
         show(line)
     result(stable=proof.stable, proved=proof.proved.model_dump(mode="json"))
     wrote(save_proof(out, proof))
 
 
-def _system(argument: str) -> tuple[HybridSystem, Vector]:
+def _subject(argument: str) -> Gait | tuple[HybridSystem, Vector]:
+    """Read a gait file, or find a system with its start in Python."""
+    from amble.gait.files import load_gait
+
+    if Path(argument).suffix.lower() == ".json":
+        return load_gait(argument)
     import numpy as np
 
     from amble.hybrid import HybridSystem
 
-    if Path(argument).suffix.lower() == ".json":
-        raise InputError(
-            f"'{shown(argument)}' is a gait: proofs are built for systems written as expressions (MODULE:NAME). The "
-            "closed loop of a gait eliminates its torques, which enclosures do not survive; `amble certify` estimates"
-        )
     found = named_object(argument)
     pair = found() if callable(found) else found
     if not (isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], HybridSystem)):
@@ -87,11 +106,17 @@ def _sentences(proof: Proof) -> list[str]:
     lines = ["proved: exactly one periodic orbit passes the box"]
     lines += [f"  {name} in [{low}, {high}]" for name, (low, high) in proof.proved.state.items()]
     if proof.found.rate is not None:
-        lines.append(f"proved: exponentially stable, spectral radius of a cycle at most {proof.found.rate:.10g}")
+        whole = f", of the whole cycle {nextafter(proof.found.rate**2, 1.0):.10g}" if proof.half else ""
+        what = "half a cycle" if proof.half else "a cycle"
+        lines.append(f"proved: exponentially stable, spectral radius of {what} at most {proof.found.rate:.10g}{whole}")
     elif proof.proved.unstable is not None:
         lines.append(f"proved: unstable, a Floquet multiplier of size at least {proof.proved.unstable}")
     else:
         lines.append("not proved: neither stable nor unstable at this precision")
+    for number, margins in enumerate(proof.proved.margins):
+        if margins:
+            lowest = ", ".join(f"{name} {float(low):.3g}" for name, low in margins.items())
+            lines.append(f"proved all along domain {number + 1}: margins of at least {lowest}")
     if proof.proved.basin_rate is not None:
         reach = ", ".join(f"{value:.3g}" for value in proof.proved.basin_extent)
         lines.append(

@@ -11,6 +11,7 @@ import casadi as ca
 from amble.codegen import compile_all
 from amble.control.allocation import AllocationLaw
 from amble.control.linearisation import Linearised, linearise
+from amble.control.loop_equations import LoopEquations, linearised_equations
 from amble.control.outputs import controllable
 from amble.control.phase import Phase, TimePhase
 from amble.control.sensitivity import sensitivity
@@ -97,6 +98,15 @@ def stance_loops(
     native = compile_all(sources, derivatives)
     names = [switch.source.name for switch in pattern.switches]
     return tuple(StanceLoop(**native[f"loop_{name}"], **native[f"switch_{name}"]) for name in names)
+
+
+def stance_equations(
+    contacts: Contacts, law: AllocationLaw, stance: Stance, outputs: int, order: int, phase: Phase
+) -> tuple[list[ca.SX], LoopEquations]:
+    """Write the closed loop of a stance as linear equations over symbols (t, x, p); errors as those equations'."""
+    q, v, symbols, constraints = _arguments(contacts.robot, outputs, order, phase)
+    rates = constraints.phase_rates(contacts.robot, stance, symbols[0], q, v)
+    return symbols, linearised_equations(contacts, law, (q, v), rates, constraints)
 
 
 def _require_hash(what: str, value: object) -> None:

@@ -12,6 +12,7 @@ import casadi as ca
 from amble.control import AllocationLaw
 from amble.control.closed_loop import Flow, StanceLoop
 from amble.control.driven_loop import driven_flow, driven_loops
+from amble.control.loop_equations import LoopEquations, driven_equations
 from amble.errors import InputError
 from amble.hybrid import Contacts, Stance, Symmetry
 from amble.io.registry import Registry
@@ -79,6 +80,22 @@ class ControlLaw(ABC):
         self, gait: Gait, allocation: AllocationLaw | None, numbers: tuple[Numbers, ...]
     ) -> tuple[StanceLoop, ...]:
         """Compile the closed loops of the solved stances, functions of (t, x, p); ``numbers`` are the law's."""
+
+    def equations(
+        self, gait: Gait, stance: Stance, allocation: AllocationLaw | None = None
+    ) -> tuple[list[ca.SX], LoopEquations]:
+        """Write the closed loop of a solved stance as linear equations over symbols (t, x, p), for proofs.
+
+        Args:
+            gait: the gait.
+            stance: one of its solved stances.
+            allocation: another allocation law than the gait's.
+
+        Raises:
+            InputError: the loop is no solution of linear equations.
+        """
+        del gait, stance, allocation
+        raise InputError(f"control law '{self.name}' does not write its loop as linear equations: no proof of it")
 
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
         """Whether the law does not see a symmetry of the ground: a translation, or "yaw" about the vertical."""
@@ -152,6 +169,17 @@ class TorqueLaw(ControlLaw):
         del allocation
         sizes = [entry.parameters.size for entry in numbers]
         return driven_loops(gait.pattern, self.torques, sizes, gait.limits.normal_force)
+
+    def equations(
+        self, gait: Gait, stance: Stance, allocation: AllocationLaw | None = None
+    ) -> tuple[list[ca.SX], LoopEquations]:
+        """Write the dynamics with the torques as one more equation."""
+        del allocation
+        contacts, size = gait.pattern.contacts(stance), gait.robot.size
+        t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * size)
+        p = ca.SX.sym("p", self.packed(gait, stance.name).size)
+        q, v = x[:size], x[size:]
+        return [t, x, p], driven_equations(contacts, self.torques(contacts, t, q, v, p), (q, v))
 
 
 CONTROL_LAWS: Registry[ControlLaw] = Registry("control law")

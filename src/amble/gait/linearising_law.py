@@ -10,13 +10,14 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import StanceLoop, stance_loops
+from amble.control.closed_loop import StanceLoop, stance_equations, stance_loops
+from amble.control.loop_equations import LoopEquations
 from amble.control.outputs import controllable
 from amble.control.phase import DomainPhase
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
 from amble.gait.control_law import CONTROL_LAWS, ControlLaw, Numbers
 from amble.gait.record import Gait
-from amble.hybrid import Symmetry
+from amble.hybrid import Stance, Symmetry
 from amble.types import Vector
 
 LINEARISATION = "input-output linearisation"
@@ -71,6 +72,14 @@ class InputOutputLinearisation(ControlLaw):
             gait.outputs.phase,
             gait.limits.normal_force,
         )
+
+    def equations(
+        self, gait: Gait, stance: Stance, allocation: AllocationLaw | None = None
+    ) -> tuple[list[ca.SX], LoopEquations]:
+        """Write the dynamics, the outputs' and the allocation law's conditions."""
+        count = len(gait.outputs.of(stance.name).coordinates)
+        contacts, law = gait.pattern.contacts(stance), allocation or gait.law
+        return stance_equations(contacts, law, stance, count, REFERENCE_ORDER, gait.outputs.phase)
 
     def packed(self, gait: Gait, domain: str) -> Vector:
         """Pack the virtual constraints of a solved domain with these gains."""

@@ -4,8 +4,19 @@ from amble.optional import require
 
 require("flint", "proof", "proofs")
 
-from amble.proof.leg import ProofError  # noqa: E402
-from amble.proof.record import Proof, Settings, load_proof, prove, save_proof  # noqa: E402
+from amble.proof.errors import ProofError  # noqa: E402
+from amble.proof.proving import GAIT_SETTINGS, Settings, prove, prove_gait  # noqa: E402
+from amble.proof.record import Proof, load_proof, save_proof  # noqa: E402
 from amble.proof.verification import verify  # noqa: E402
 
-__all__ = ["Proof", "ProofError", "Settings", "load_proof", "prove", "save_proof", "verify"]
+__all__ = [
+    "GAIT_SETTINGS",
+    "Proof",
+    "ProofError",
+    "Settings",
+    "load_proof",
+    "prove",
+    "prove_gait",
+    "save_proof",
+    "verify",
+]

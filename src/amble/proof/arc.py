@@ -15,14 +15,20 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat
 
-from amble.proof.arithmetic import column, horner, identity, inside, largest, row_sum_norm, symmetric
-from amble.proof.leg import Leg, ProofError, Surface
+from amble.progress import Progress, ProgressReport, silent
+from amble.proof.arithmetic import column, identity, inside, largest, radius, row_sum_norm, symmetric
+from amble.proof.errors import ProofError
+from amble.proof.glide import NEWTON_STEPS, crossing, wished_length
+from amble.proof.leg import Leg, Surface
+from amble.proof.margins import MarginError, Watch
 from amble.proof.moving_set import MovingSet
-from amble.proof.step import Step, StepError, take_step
+from amble.proof.step import Part, Step, StepError
 from amble.proof.tape import NOT_ENCLOSED
 
-NEWTON_STEPS = 20
 TUBE_ATTEMPTS = 6
+ATTEMPTS = 14
+HALVINGS = 6
+"""How often a step is halved because a margin may fail along it."""
 MOST_EXCESS = 1e3
 """A step whose remainder is larger than the tolerance by more is taken again, shorter."""
 
@@ -35,15 +41,24 @@ class Arc:
         after: the set at the entry of the next domain.
         lengths: of the steps, exact, s.
         duration: ball that holds the time of every crossing, s.
+        margins: name -> proved lower bound along every motion, exact; a margin that starts at zero from where it has
+            risen.
     """
 
     after: MovingSet
     lengths: list[arb]
     duration: arb
+    margins: dict[str, arb]
 
 
 def follow(
-    leg: Leg, start: MovingSet, order: int, tolerance: float, lengths: Sequence[arb] | None = None, most: int = 20000
+    leg: Leg,
+    start: MovingSet,
+    order: int,
+    tolerance: float,
+    lengths: Sequence[arb] | None = None,
+    most: int = 20000,
+    progress: Progress = silent,
 ) -> Arc:
     """Move a set through a domain.
 
@@ -54,37 +69,79 @@ def follow(
         tolerance: size of a step's remainder that the step length aims at.
         lengths: of the steps, where they are known; otherwise they are searched.
         most: steps.
+        progress: called after every step.
 
     Raises:
-        ProofError: what could not be proved.
+        ProofError: what could not be proved, where, and how wide the set is there.
     """
-    clock, here, taken = arb(0), start, list[arb]()
+    clock, here, taken, watch = arb(0), start, list[arb](), leg.margins.watch()
     wish = arb(0)
-    planned = list(lengths) if lengths is not None else None
     while len(taken) < most:
-        centre, box = here.centre, here.hull()
         try:
-            if planned is not None:
-                done = take_step(leg.field, clock, centre, box, planned[len(taken)], order, halve=False)
+            if lengths is None:
+                done, last, wish = _searched(leg, clock, here, watch, wish, order, tolerance)
             else:
-                done, wish = _fitting_step(leg, clock, here, wish, order, tolerance)
-            last = not _quiet(leg.exit, leg, clock, done)
-            if last and planned is None:
-                done, last = _to_the_guard(leg, clock, here, done, order)
-            for other in leg.others:
-                if not _quiet(other, leg, clock, done):
-                    raise ProofError(f"the {other.name} may fire {leg.place(clock)}")
-            _require_margins(leg, clock, done)
-        except (StepError, *NOT_ENCLOSED) as error:
-            raise ProofError(f"{error} {leg.place(clock)}") from None
-        here = here.moved(done.image, done.slope)
-        clock, taken = clock + done.length, [*taken, done.length]
-        if last:
-            if not _rises(leg.exit, leg, clock - done.length, done):
-                raise ProofError(f"the {leg.exit.name} may be crossed more than once {leg.place(clock)}")
-            after, duration = _cross(leg, clock, here)
-            return Arc(after, taken, duration)
+                done = leg.field.step(clock, here.centre, here.hull(), lengths[len(taken)], order)
+                last = not _quiet(leg.exit, leg, done)
+                _check(leg, watch, done)
+            here = here.moved(done.image, done.slope)
+            clock, taken = clock + done.length, [*taken, done.length]
+            progress(_report(leg, here, len(taken)))
+            if last:
+                if not _rises(leg.exit, leg, done):
+                    raise ProofError(f"the {leg.exit.name} may be crossed more than once")
+                return _cross(leg, clock, here, taken, watch)
+        except (StepError, ProofError, IndexError, *NOT_ENCLOSED) as error:
+            reason = "the steps end before the guard" if isinstance(error, IndexError) else str(error)
+            raise ProofError(f"{reason} {leg.place(clock)}, where the set is {_width(here):.3g} wide") from None
     raise ProofError(f"{most} steps were not enough {leg.place(clock)}")
+
+
+def _searched(
+    leg: Leg, clock: arb, here: MovingSet, watch: Watch, wish: arb, order: int, tolerance: float
+) -> tuple[Step, bool, arb]:
+    """Take a step along which all margins hold, a shorter one where one may fail.
+
+    Returns:
+        The step, whether it ends at the crossing of the centre, and the length for the next one.
+    """
+    for attempt in range(HALVINGS + 1):
+        done, wish = _fitting_step(leg, clock, here, wish, order, tolerance)
+        last = not _quiet(leg.exit, leg, done)
+        if last:
+            done, last = _to_the_guard(leg, clock, here, done, order)
+        try:
+            _check(leg, watch, done)
+        except MarginError:
+            if attempt == HALVINGS:
+                raise
+            wish = (done.length / 2).mid()
+        else:
+            break
+    return done, last, wish
+
+
+def _check(leg: Leg, watch: Watch, done: Step) -> None:
+    """Ask that no other guard fires in a step and that all margins hold."""
+    for other in leg.others:
+        if not _quiet(other, leg, done):
+            raise ProofError(f"the {other.name} may fire")
+    watch.require(done.parts, leg.parameters)
+
+
+def _report(leg: Leg, here: MovingSet, number: int) -> ProgressReport:
+    width = 2.0 * float(largest(map(radius, here.derivative().entries())))
+    return ProgressReport(
+        what=f"domain '{leg.domain.name}', step",
+        done=number,
+        quantity="width of the set",
+        value=_width(here),
+        detail=f"of the derivative {width:.3g}",
+    )
+
+
+def _width(here: MovingSet) -> float:
+    return 2.0 * float(largest(map(radius, here.hull())))
 
 
 def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, tolerance: float) -> tuple[Step, arb]:
@@ -97,45 +154,51 @@ def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, 
         wish: length that the last step's remainder asks for; zero at the entry of a domain, s.
         order: Q.
         tolerance: of the remainder.
+
+    Raises:
+        StepError: not even a short step has an enclosure.
     """
     if not wish > 0:
-        size = float(largest(leg.field.motion(clock, here.centre, order)[order]))
-        wish = arb(0.3 * (tolerance / max(size, tolerance**2)) ** (1.0 / order))
-    while True:
+        wish = wished_length(leg.field, clock, here.centre, order, tolerance)
+    for attempt in range(ATTEMPTS):
         length = wish.mid()
         for mark in (*leg.domain.breakpoints, *(guard.dead_time for guard in (leg.exit, *leg.others))):
             if clock < arb(mark) and clock + length > arb(mark):
                 length = (arb(mark) - clock).mid()
-        done = take_step(leg.field, clock, here.centre, here.hull(), length, order)
-        error = float(largest(done.polynomial[-1]) * done.length**order)
+        try:
+            done = leg.field.step(clock, here.centre, here.hull(), length, order)
+        except StepError:
+            if attempt == ATTEMPTS - 1:
+                raise
+            wish = length / 2
+            continue
+        error = float(done.error)
         change = (tolerance / max(error, tolerance * 1e-12)) ** (1.0 / order)
         wish = (done.length * arb(min(0.9 * change, 2.0))).mid()
         if error <= MOST_EXCESS * tolerance:
             return done, wish
+    raise StepError("the remainder of no step is as small as the tolerance")
 
 
-def _quiet(guard: Surface, leg: Leg, clock: arb, done: Step) -> bool:
+def _quiet(guard: Surface, leg: Leg, done: Step) -> bool:
     """Whether a guard cannot fire in a step: not looked at, away from zero, or only crossed the other way."""
-    if clock + done.length <= arb(guard.dead_time):
-        return True
-    during = clock.union(clock + done.length)
-    value, along, drift = guard.at(during, done.tube, leg.parameters)
-    return bool(value < 0) or bool(value > 0) or bool(leg.rate(during, done.tube, along, drift) < 0)
+    for part in done.parts:
+        if not part.during <= arb(guard.dead_time):
+            value, rate = leg.rises(guard, part)
+            if not (value < 0 or value > 0 or rate < 0):
+                return False
+    return True
 
 
-def _rises(guard: Surface, leg: Leg, clock: arb, done: Step) -> bool:
-    during = clock.union(clock + done.length)
-    _, along, drift = guard.at(during, done.tube, leg.parameters)
-    return bool(leg.rate(during, done.tube, along, drift) > 0)
+def _rises(guard: Surface, leg: Leg, done: Step) -> bool:
+    """Whether a guard is crossed at most once in a step: in every part it is away from zero or rises, at last rises.
 
-
-def _require_margins(leg: Leg, clock: arb, done: Step) -> None:
-    during = clock.union(clock + done.length)
-    for margin in leg.margins:
-        value, _, _ = margin.at(during, done.tube, leg.parameters)
-        if not value > 0:
-            low = value.lower().str(4, radius=False)
-            raise ProofError(f"the margin of {margin.name} is only known to be above {low} {leg.place(clock)}")
+    It starts below zero, so that between parts that stay away from zero it can only come from below.
+    """
+    values = [leg.rises(guard, part) for part in done.parts]
+    rising = [bool(rate > 0) for _, rate in values]
+    first = rising.index(True) if True in rising else len(rising)
+    return all(rising[first:]) and bool(rising[-1]) and all(value < 0 for value, _ in values[:first])
 
 
 def _to_the_guard(leg: Leg, clock: arb, here: MovingSet, done: Step, order: int) -> tuple[Step, bool]:
@@ -144,78 +207,65 @@ def _to_the_guard(leg: Leg, clock: arb, here: MovingSet, done: Step, order: int)
     It ends there where the guard rises all along it; otherwise it is halved until the guard is quiet.
     """
     for _ in range(NEWTON_STEPS):
-        crossing = _root(leg, clock, done, done.length)
-        if crossing is not None and arb(0) < crossing <= done.length:
-            done = take_step(leg.field, clock, here.centre, here.hull(), crossing, order, halve=False)
-            if _rises(leg.exit, leg, clock, done):
+        end = crossing(leg, clock, done.centre, done.length)
+        if end is not None and arb(0) < end <= done.length:
+            done = leg.field.step(clock, here.centre, here.hull(), end, order)
+            if _rises(leg.exit, leg, done):
                 return done, True
         half = (done.length / 2).mid()
-        done = take_step(leg.field, clock, here.centre, here.hull(), half, order, halve=False)
-        if _quiet(leg.exit, leg, clock, done):
+        done = leg.field.step(clock, here.centre, here.hull(), half, order)
+        if _quiet(leg.exit, leg, done):
             return done, False
-    raise ProofError(f"the {leg.exit.name} is not crossed transversally {leg.place(clock)}")
+    raise ProofError(f"the {leg.exit.name} is not crossed transversally")
 
 
-def _root(leg: Leg, clock: arb, done: Step, start: arb) -> arb | None:
-    """Newton for the time at which the centre's polynomial meets the guard; not rigorous, and need not be."""
-    at = start
-    for _ in range(NEWTON_STEPS):
-        state = [horner([row[i].mid() for row in done.polynomial], at).mid() for i in range(leg.field.size)]
-        value, along, drift = leg.exit.at(clock + at, state, leg.parameters)
-        change = (value / leg.rate(clock + at, state, along, drift)).mid()
-        at = (at - change).mid()
-        if not at.is_finite():
-            return None
-        if abs(change) <= abs(at) * arb(2) ** -100:
-            return at
-    return None
-
-
-def _cross(leg: Leg, clock: arb, here: MovingSet) -> tuple[MovingSet, arb]:
+def _cross(leg: Leg, clock: arb, here: MovingSet, lengths: list[arb], watch: Watch) -> Arc:
     """Carry a set about the guard through the crossing and the reset."""
     hull = here.hull()
-    tube, reach = _crossing_tube(leg, clock, hull)
-    during = clock + symmetric(reach)
-    _, along, drift = leg.exit.at(during, tube, leg.parameters)
-    (rate,) = leg.field.motion(during, tube, 1)[1:]
-    speed = sum((slope * change for slope, change in zip(along, rate, strict=True)), start=drift)
+    part, reach = _crossing_tube(leg, clock, hull)
+    watch.require([part], leg.parameters)
+    landing = leg.landing.watch()
+    landing.require([part], leg.parameters)
+    _, along, _ = leg.exit.at(part.during, part.box, leg.parameters)
+    _, speed = leg.rises(leg.exit, part)
     # the centre: it crosses at clock + delay
     middle, _, _ = leg.exit.at(clock, here.centre, leg.parameters)
     delay = -middle / speed
-    crossing = [centre + delay * change for centre, change in zip(here.centre, rate, strict=True)]
-    image, _, _ = leg.reset.balls([clock + delay], crossing, leg.parameters)
+    at = [centre + delay * change for centre, change in zip(here.centre, part.rate, strict=True)]
+    image, _, _ = leg.reset.balls([clock + delay], at, leg.parameters)
     # every point: slope of state at the crossing, then of the reset
     size = leg.field.size
-    _, flat, reset_t = leg.reset.balls([during], tube, leg.parameters)
+    _, flat, reset_t = leg.reset.balls([part.during], part.box, leg.parameters)
     reset_x = arb_mat(size, len(image), flat).transpose()
-    moved = reset_x * column(rate) + column(reset_t)
+    moved = reset_x * column(part.rate) + column(reset_t)
     slope = reset_x - moved * arb_mat(1, size, along) / speed
-    jacobian = leg.field.slopes(during, [tube])[0]
-    gain = row_sum_norm(jacobian) * reach.abs_upper()
+    gain = row_sum_norm(leg.field.slope(part)) * reach.abs_upper()
     extra = symmetric(gain / (1 - gain))
     near_one = arb_mat(size, size, [entry + extra for entry in identity(size).entries()])
-    return here.moved(image, slope * near_one), clock - (leg.exit.at(clock, hull, leg.parameters)[0] / speed)
+    return Arc(
+        after=here.moved(image, slope * near_one),
+        lengths=lengths,
+        duration=clock - (leg.exit.at(clock, hull, leg.parameters)[0] / speed),
+        margins={**watch.bounds, **landing.bounds},
+    )
 
 
-def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[list[arb], arb]:
-    """Return a box that holds the motions on clock +- d and d itself, such that every motion crosses within."""
-    value, along, drift = leg.exit.at(clock, hull, leg.parameters)
-    speed = leg.rate(clock, hull, along, drift)
+def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[Part, arb]:
+    """Return what holds the motions on clock +- d, and d itself, such that every motion crosses within."""
+    start = leg.field.part(clock, hull)
+    value, speed = leg.rises(leg.exit, start)
     if not speed > 0:
-        raise ProofError(f"the {leg.exit.name} is not crossed transversally {leg.place(clock)}")
+        raise ProofError(f"the {leg.exit.name} is not crossed transversally")
     reach = (2 * largest([value]) / speed).upper() + arb(2) ** -200
     for _ in range(TUBE_ATTEMPTS):
-        (rate,) = leg.field.motion(clock, hull, 1)[1:]
         tube = [
             at + symmetric(4 * reach * change.abs_upper() + reach * reach)
-            for at, change in zip(hull, rate, strict=True)
+            for at, change in zip(hull, start.rate, strict=True)
         ]
-        during = clock + symmetric(reach)
-        (within,) = leg.field.motion(during, tube, 1)[1:]
-        held = [at + symmetric(reach * change.abs_upper()) for at, change in zip(hull, within, strict=True)]
-        _, along, drift = leg.exit.at(during, tube, leg.parameters)
-        speed = leg.rate(during, tube, along, drift)
+        part = leg.field.part(clock + symmetric(reach), tube)
+        held = [at + symmetric(reach * change.abs_upper()) for at, change in zip(hull, part.rate, strict=True)]
+        _, speed = leg.rises(leg.exit, part)
         if inside(held, tube) and speed > 0 and largest([value]) < reach * speed.lower():
-            return tube, reach
+            return part, reach
         reach = 2 * reach
-    raise ProofError(f"the crossing of the {leg.exit.name} could not be enclosed {leg.place(clock)}")
+    raise ProofError(f"the crossing of the {leg.exit.name} could not be enclosed")

@@ -57,6 +57,11 @@ def largest(values: Iterable[arb]) -> arb:
     return found.upper()
 
 
+def radius(value: arb) -> arb:
+    """Return the radius of a ball, exact."""
+    return value.rad()
+
+
 def column(values: Sequence[arb]) -> arb_mat:
     """Return a vector as a matrix of one column."""
     return arb_mat(len(values), 1, list(values))

@@ -14,7 +14,7 @@ from flint import arb
 
 from amble.progress import Progress, ProgressReport
 from amble.proof.arithmetic import largest, midpoints
-from amble.proof.leg import ProofError
+from amble.proof.errors import ProofError
 from amble.proof.orbit import Lengths, ProvedOrbit
 from amble.proof.quotient import complement, contracts, lyapunov, quotient, translations
 from amble.proof.return_map import ReturnMap

@@ -8,19 +8,17 @@ from dataclasses import dataclass
 import casadi as ca
 from flint import arb
 
-from amble.errors import InputError, WorkError
+from amble.errors import InputError
 from amble.hybrid import Domain, Transition
+from amble.proof.explicit_field import ExplicitField
+from amble.proof.margins import Margins
+from amble.proof.step import Field, Part
 from amble.proof.tape import Tape, record
-from amble.proof.taylor import ExplicitField, Field
-
-
-class ProofError(WorkError):
-    """A proof does not succeed: the step of it that fails, where along the orbit, and by how much."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A guard or a margin with its slopes, over (t, x, p).
+    """A guard with its slopes, over (t, x, p).
 
     Attributes:
         name: of what it is.
@@ -59,6 +57,7 @@ class Leg:
         exit: guard of that transition.
         others: guards of its other transitions, which must not fire.
         margins: that must stay positive.
+        landing: that must be positive at the crossing.
         reset: tape of R, R_x by columns, R_t.
         parameters: the value of p.
     """
@@ -68,7 +67,8 @@ class Leg:
     field: Field
     exit: Surface
     others: tuple[Surface, ...]
-    margins: tuple[Surface, ...]
+    margins: Margins
+    landing: Margins
     reset: Tape
     parameters: tuple[arb, ...]
 
@@ -83,14 +83,14 @@ class Leg:
         if any(item.at_entry for item in leaving):
             raise InputError(f"domain '{domain.name}' may be left at its entry (simultaneous guards): no proof of that")
         field = ExplicitField.of(domain)
-        t, x, p = _symbols(transition.reset)
-        after = ca.densify(transition.reset(t, x, p))
-        slopes = [after, ca.densify(ca.jacobian(after, x)), ca.densify(ca.jacobian(after, t))]
         guards = {
             item.name: Surface.of(f"guard of '{item.name}'", item.guard, item.direction, item.dead_time)
             for item in leaving
         }
-        margins = () if domain.admissibility is None else (Surface.of("admissibility", domain.admissibility, 1),)
+        margins = Margins()
+        if domain.admissibility is not None:
+            symbols = [*_symbols(domain.admissibility), ca.SX.sym("z", 0)]
+            margins = Margins.of(symbols, {"admissibility": domain.admissibility(*symbols[:3])}, {})
         return cls(
             domain=domain,
             transition=transition,
@@ -98,18 +98,27 @@ class Leg:
             exit=guards[transition.name],
             others=tuple(guard for name, guard in guards.items() if name != transition.name),
             margins=margins,
-            reset=record(ca.Function("reset", [t, x, p], slopes)),
+            landing=Margins(),
+            reset=reset_tape(transition.reset),
             parameters=tuple(arb(float(value)) for value in domain.parameters),
         )
 
-    def rate(self, clock: arb, state: Sequence[arb], along: Sequence[arb], drift: arb) -> arb:
-        """Return the rate along the field of a function with slopes g_x and g_t."""
-        (rate,) = self.field.motion(clock, state, 1)[1:]
-        return sum((slope * value for slope, value in zip(along, rate, strict=True)), start=drift)
+    def rises(self, guard: Surface, part: Part) -> tuple[arb, arb]:
+        """Return a guard and its rate along the field in a part of a step."""
+        value, along, drift = guard.at(part.during, part.box, self.parameters)
+        return value, sum((slope * rate for slope, rate in zip(along, part.rate, strict=True)), start=drift)
 
     def place(self, clock: arb) -> str:
         """Say where along the orbit something happens."""
         return f"in domain '{self.domain.name}' at clock {float(clock):.6g} s"
+
+
+def reset_tape(reset: ca.Function) -> Tape:
+    """Record a reset with its slopes in x, by columns, and in t."""
+    t, x, p = _symbols(reset)
+    after = ca.densify(reset(t, x, p))
+    slopes = [after, ca.densify(ca.jacobian(after, x)), ca.densify(ca.jacobian(after, t))]
+    return record(ca.Function("reset", [t, x, p], slopes))
 
 
 def _symbols(function: ca.Function) -> list[ca.SX]:

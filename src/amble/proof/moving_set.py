@@ -1,13 +1,14 @@
 """A set of states that moves with the flow, with the derivative of the way it came: Lohner's method.
 
-The set is {c + B r} with an exact centre c, an exact well-conditioned matrix B and a box r; the derivative with respect
-to the start is V + Q E with exact V, Q and a matrix of balls E. A map with image of the centre y and slope J over the
-set takes them to
+The starts are {c_0 + [-rho, rho]}. Where c_0 has come to lies in {c + B e} with an exact point c, an exact
+well-conditioned matrix B and a small box e; the derivative with respect to the start is V + Q E with exact V, Q and a
+matrix of balls E; so every start has come to c + B e + (V + Q E) [-rho, rho] (mean value). A map with image of c in the
+box y, and slope J over the set, takes them to
 
-    c' = mid y,   r' = B'^-1 (J B) r + B'^-1 (y - c'),   B' = the orthogonal factor of mid(J B),                 (1)
+    c' = mid y,   e' = B'^-1 (J B) e + B'^-1 (y - c'),   B' = the orthogonal factor of mid(J B),                 (1)
 
-columns ordered by the length of B r along them, and likewise V' = mid(J V), Q' from J Q (Lohner 1988; Nedialkov and
-Jackson 1999, A new perspective on the wrapping effect). So the box turns with the flow instead of growing at each step.
+columns ordered by the length of B e along them, and likewise V' = mid(J V), Q' from J Q (Lohner 1988; Nedialkov and
+Jackson 1999, A new perspective on the wrapping effect). So the boxes turn with the flow and do not grow at each step.
 """
 
 from __future__ import annotations
@@ -27,14 +28,16 @@ class MovingSet:
     """A set of states and the derivative of the map that made it.
 
     Attributes:
+        radii: rho, n_x balls.
         centre: c, n_x exact balls.
         basis: B.
-        box: r, n_x balls.
+        box: e, n_x balls.
         slope: V.
         slope_basis: Q.
         slope_box: E.
     """
 
+    radii: list[arb]
     centre: list[arb]
     basis: arb_mat
     box: list[arb]
@@ -47,9 +50,10 @@ class MovingSet:
         """Return the box about an exact centre, with the identity as the derivative."""
         one = identity(len(centre))
         return cls(
+            radii=[symmetric(radius) for radius in radii],
             centre=list(centre),
             basis=one,
-            box=[symmetric(radius) for radius in radii],
+            box=[arb(0)] * len(centre),
             slope=one,
             slope_basis=one,
             slope_box=one * arb(0),
@@ -57,6 +61,11 @@ class MovingSet:
 
     def hull(self) -> list[arb]:
         """Return a box that holds the set."""
+        around = (self.derivative() * column(self.radii)).entries()
+        return [at + extra for at, extra in zip(self.middle(), around, strict=True)]
+
+    def middle(self) -> list[arb]:
+        """Return a box that holds where the centre of the starts has come to."""
         around = (self.basis * column(self.box)).entries()
         return [centre + extra for centre, extra in zip(self.centre, around, strict=True)]
 
@@ -68,7 +77,7 @@ class MovingSet:
         """Apply a map by equation (1).
 
         Args:
-            image: of the centre.
+            image: of c.
             slope: of the map over the whole set.
         """
         carried = slope * self.basis
@@ -84,6 +93,7 @@ class MovingSet:
         slope_basis = _orthogonal(midpoints(turned), sizes)
         back = slope_basis.inv()
         return MovingSet(
+            radii=self.radii,
             centre=centre,
             basis=basis,
             box=box.entries(),

@@ -23,7 +23,7 @@ from flint import acb, arb, arb_mat
 
 from amble.progress import Progress, ProgressReport
 from amble.proof.arithmetic import column, exact_matrix, largest
-from amble.proof.leg import ProofError
+from amble.proof.errors import ProofError
 from amble.proof.quotient import claimed, contraction, gershgorin, quotient, translations
 from amble.proof.return_map import ReturnMap
 from amble.stability.monodromy import monodromy
@@ -50,6 +50,7 @@ class ProvedOrbit:
         rate: r, proved bound of the spectral radius; above 1 where stability is not proved.
         unstable: a proved lower bound of the spectral radius that is above 1; None otherwise.
         lengths: of the steps in every domain, exact, s.
+        margins: of every domain, name -> proved lower bound along every motion of the box.
     """
 
     centre: list[arb]
@@ -63,6 +64,7 @@ class ProvedOrbit:
     rate: float
     unstable: arb | None
     lengths: list[list[arb]]
+    margins: list[dict[str, arb]]
 
     @property
     def stable(self) -> bool:
@@ -80,7 +82,7 @@ def refined(prepared: ReturnMap, guess: Vector, goal: float, progress: Progress 
         progress: called after every evaluation.
 
     Raises:
-        ProofError: the motion from a point on the way could not be enclosed.
+        ProofError: the motion from a point on the way does not return.
     """
     system = prepared.system
     along = translations(system, guess)
@@ -88,7 +90,7 @@ def refined(prepared: ReturnMap, guess: Vector, goal: float, progress: Progress 
     centre = [arb(float(value)) for value in guess]
     best, smallest = centre, np.inf
     for number in range(REFINEMENTS):
-        image = prepared(centre, [arb(0)] * len(centre)).image
+        image = prepared.point(centre)
         correction = matrix.solve(_residual(image, centre, along)[0]).entries()[: len(centre)]
         size = float(largest(value.mid() for value in correction))
         if progress is not None:
@@ -123,12 +125,10 @@ def prove_orbit(
     """
     system = prepared.system
     along = translations(system, np.array([float(value) for value in centre]))
-    thin = prepared(centre, [arb(0)] * len(centre), lengths)
-    used = [arc.lengths for arc in thin.arcs]
-    whole = prepared(centre, radii, used)
+    whole = prepared(centre, radii, lengths)
     matrix = bordered(whole.derivative, along)
     try:
-        missed, shift = _residual(thin.image, centre, along)
+        missed, shift = _residual(whole.centre, centre, along)
         newton = matrix.solve(-missed).entries()
     except ZeroDivisionError:
         raise ProofError("the derivative of P(x) - x is not proved to be invertible over the box") from None
@@ -152,7 +152,8 @@ def prove_orbit(
         weight=weight,
         rate=rate,
         unstable=_outside(discs),
-        lengths=used,
+        lengths=[arc.lengths for arc in whole.arcs],
+        margins=[arc.margins for arc in whole.arcs],
     )
 
 

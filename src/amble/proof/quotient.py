@@ -13,7 +13,7 @@ from flint import acb, acb_mat, arb, arb_mat
 from amble.errors import InputError
 from amble.hybrid import HybridSystem
 from amble.proof.arithmetic import exact_matrix, midpoints, symmetric
-from amble.proof.leg import ProofError
+from amble.proof.errors import ProofError
 from amble.stability.group import generators
 from amble.types import Matrix, Vector
 

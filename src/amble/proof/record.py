@@ -8,27 +8,21 @@ number that was moved inward excludes what is computed, and is refused by name.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import flint
-import numpy as np
 from flint import arb
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from amble.amounts import check_amount
 from amble.errors import InputError, shown_path
 from amble.hybrid import HybridSystem
 from amble.io.reader import read_json
 from amble.io.storage import atomic_write, dumps
-from amble.progress import Progress
-from amble.proof.arithmetic import decimals, working_precision
-from amble.proof.basin import Basin, prove_basin
-from amble.proof.orbit import ProvedOrbit, prove_orbit, refined
+from amble.proof.arithmetic import decimals
+from amble.proof.basin import Basin
+from amble.proof.orbit import ProvedOrbit
 from amble.proof.return_map import ReturnMap
-from amble.stability.fixed_point import fixed_point
-from amble.types import Vector
 from amble.version import __version__
 
 OUTWARD = arb(2) ** -20
@@ -79,6 +73,7 @@ class Proved(_Part):
         state: of the fixed point, by name.
         shift: how far a cycle moves, by symmetry.
         durations: of the domains, s.
+        margins: of every domain, name -> lower bound along the orbit; above zero where a foot that lifts has risen.
         multipliers: real and imaginary parts; empty where they could not be separated.
         unstable: lower bound of the spectral radius where it is above 1.
         basin_rate: contraction in every cycle on the basin.
@@ -88,6 +83,7 @@ class Proved(_Part):
     state: dict[str, Pair]
     shift: dict[str, Pair]
     durations: list[Pair]
+    margins: list[dict[str, Decimal]]
     multipliers: list[tuple[Pair, Pair]]
     unstable: Decimal | None
     basin_rate: float | None
@@ -101,14 +97,16 @@ class Proof(_Part):
         format: what it is.
         version: of the format.
         system: SHA-256 of the expressions, their constants and the parameters.
+        half: whether the cycle is half a gait cycle, closed by the mirror; the full one has the squares as multipliers.
         software: versions.
         found: what verification starts from.
         proved: what it must come to.
     """
 
     format: Literal["amble proof"] = "amble proof"
-    version: Literal[1] = 1
+    version: Literal[2] = 2
     system: str
+    half: bool = False
     software: dict[str, str]
     found: Found
     proved: Proved
@@ -119,68 +117,13 @@ class Proof(_Part):
         return self.found.rate is not None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Settings:
-    """How hard to try.
-
-    Attributes:
-        bits: of the arithmetic, from 64 to 1024.
-        order: of the Taylor steps, from 4 to 40.
-        tolerance: size of a step's remainder that the step length aims at.
-        radius: of the box about the fixed point.
-        basin: the largest change of a coordinate that is tried for the basin; 0 for no basin.
-    """
-
-    bits: int = 128
-    order: int = 20
-    tolerance: float = 1e-24
-    radius: float = 1e-17
-    basin: float = 1e-2
-
-    def __post_init__(self) -> None:
-        """Refuse what no proof takes, or what takes without end."""
-        check_amount("bits", self.bits, 64, 1024)
-        check_amount("orders of the Taylor steps", self.order, 4, 40)
-        for name in ("tolerance", "radius"):
-            if not 0.0 < vars(self)[name] <= 1.0:
-                raise InputError(f"the {name} of a proof is a number above 0 and up to 1, not {vars(self)[name]:g}")
-        if not 0.0 <= self.basin <= 1.0:
-            raise InputError(f"the basin that is tried is a number from 0 to 1, not {self.basin:g}")
-
-
-def prove(
-    system: HybridSystem, guess: Vector, settings: Settings | None = None, progress: Progress | None = None
-) -> Proof:
-    """Prove a periodic orbit of a hybrid system and what can be proved of its stability.
-
-    Args:
-        system: given by casadi expressions.
-        guess: state at the entry of the first domain near the fixed point, (n_x,).
-        settings: how hard to try.
-        progress: called after every pass through the cycle.
-
-    Raises:
-        InputError: the system holds compiled code, symmetries that are no translations, or simultaneous guards.
-        ProofError: existence could not be proved, and why.
-    """
-    chosen = settings or Settings()
-    start = fixed_point(system, np.asarray(guess, dtype=np.float64), progress=progress).state
-    with working_precision(chosen.bits):
-        prepared = ReturnMap.of(system, chosen.order, chosen.tolerance)
-        centre = refined(prepared, start, chosen.radius * 1e-3, progress)
-        orbit = prove_orbit(prepared, centre, [arb(chosen.radius)] * len(centre))
-        basin = None
-        if orbit.stable and chosen.basin > 0.0:
-            basin = prove_basin(prepared, orbit, chosen.basin, progress)
-        return _proof(prepared, orbit, basin, chosen.bits)
-
-
 def system_hash(prepared: ReturnMap) -> str:
     """Return the SHA-256 of the operations of all functions with their constants, the parameters and the rules."""
     text = hashlib.sha256()
     for leg in prepared.legs:
         rules = (leg.exit.sign, leg.exit.dead_time, [(other.sign, other.dead_time) for other in leg.others])
-        tapes = [*leg.field.tapes, leg.exit.values, leg.reset, *(s.values for s in (*leg.others, *leg.margins))]
+        watched = [part.values for part in (leg.margins, leg.landing) if part.values is not None]
+        tapes = [*leg.field.tapes, leg.exit.values, leg.reset, *(other.values for other in leg.others), *watched]
         values = [decimals(value) for value in leg.parameters]
         text.update(repr((rules, [tape.listing() for tape in tapes], values, leg.domain.breakpoints)).encode())
     return text.hexdigest()
@@ -206,7 +149,8 @@ def load_proof(path: str | Path) -> Proof:
         raise InputError(f"proof '{shown_path(path)}' cannot be used: {where or 'file'}: {first['msg']}") from None
 
 
-def _proof(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin | None, bits: int) -> Proof:
+def proof_of(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin | None, bits: int, half: bool = False) -> Proof:
+    """Return what was found and proved as a file holds it."""
     balls = orbit_balls(prepared.system, orbit)
     found = Found(
         order=prepared.order,
@@ -227,7 +171,7 @@ def _proof(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin | None, bits: i
         }
     )
     software = {"amble": __version__, "python-flint": flint.__version__}
-    return Proof(system=system_hash(prepared), software=software, found=found, proved=proved)
+    return Proof(system=system_hash(prepared), half=half, software=software, found=found, proved=proved)
 
 
 def orbit_balls(system: HybridSystem, orbit: ProvedOrbit) -> Proved:
@@ -237,6 +181,7 @@ def orbit_balls(system: HybridSystem, orbit: ProvedOrbit) -> Proved:
         state={name: _pair(value) for name, value in zip(system.state_names, orbit.state, strict=True)},
         shift={name: _pair(value) for name, value in zip(names, orbit.shift, strict=True)},
         durations=[_pair(value) for value in orbit.durations],
+        margins=[{name: _bound(low) for name, low in margins.items()} for margins in orbit.margins],
         multipliers=[(_pair(value.real), _pair(value.imag)) for value in orbit.multipliers],
         unstable=None if orbit.unstable is None else decimals(orbit.unstable)[0],
         basin_rate=None,
@@ -247,6 +192,11 @@ def orbit_balls(system: HybridSystem, orbit: ProvedOrbit) -> Proved:
 def _pair(value: arb) -> Pair:
     wide = value + arb(0, (value.rad() * OUTWARD).upper())
     return decimals(wide)
+
+
+def _bound(low: arb) -> str:
+    """Write a positive lower bound with a few digits, rounded down by more than another precision changes it."""
+    return decimals(low * (1 - arb(2) ** -16), 6)[0]
 
 
 def _dyadic(value: arb) -> str:

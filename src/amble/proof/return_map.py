@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from flint import arb, arb_mat
 
 from amble.hybrid import HybridSystem
+from amble.progress import Progress, silent
 from amble.proof.arc import Arc, follow
+from amble.proof.glide import passed
 from amble.proof.leg import Leg
 from amble.proof.moving_set import MovingSet
 
@@ -22,12 +24,14 @@ class ReturnMap:
         legs: its domains in order.
         order: Q of the Taylor steps.
         tolerance: size of a step's remainder that the step length aims at.
+        progress: called after every step.
     """
 
     system: HybridSystem
     legs: tuple[Leg, ...]
     order: int
     tolerance: float
+    progress: Progress = silent
 
     @classmethod
     def of(cls, system: HybridSystem, order: int, tolerance: float) -> ReturnMap:
@@ -50,10 +54,22 @@ class ReturnMap:
         """
         here, arcs = MovingSet.about(centre, radii), list[Arc]()
         for number, leg in enumerate(self.legs):
-            arc = follow(leg, here, self.order, self.tolerance, None if lengths is None else lengths[number])
+            known = None if lengths is None else lengths[number]
+            arc = follow(leg, here, self.order, self.tolerance, known, progress=self.progress)
             arcs.append(arc)
             here = arc.after
-        return Enclosure(tuple(arcs), here.hull(), here.derivative())
+        return Enclosure(tuple(arcs), here.middle(), here.hull(), here.derivative())
+
+    def point(self, start: Sequence[arb]) -> list[arb]:
+        """Return the image of a point close to what it is, not enclosed.
+
+        Raises:
+            ProofError: the motion does not get through.
+        """
+        state = list(start)
+        for leg in self.legs:
+            state = passed(leg, state, self.order, self.tolerance)
+        return state
 
 
 @dataclass(frozen=True)
@@ -62,10 +78,12 @@ class Enclosure:
 
     Attributes:
         arcs: through the domains.
+        centre: box that holds the image of the centre.
         image: box that holds the image of every start.
         derivative: balls that hold the derivative at every start.
     """
 
     arcs: tuple[Arc, ...]
+    centre: list[arb]
     image: list[arb]
     derivative: arb_mat

@@ -13,15 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from flint import arb, arb_mat
 
 from amble.errors import WorkError
 from amble.proof.arithmetic import between, horner, identity, inside, largest, row_sum_norm, symmetric
-from amble.proof.tape import NOT_ENCLOSED
-from amble.proof.taylor import Coefficients, Field, variation
+from amble.proof.tape import NOT_ENCLOSED, Tape
+from amble.proof.taylor import Coefficients, Smooth, variation
 
-HALVINGS = 12
 INFLATIONS = 4
 
 
@@ -30,28 +30,73 @@ class StepError(WorkError):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Part:
+    """A stretch of a step and what holds every motion from the start box all along it.
+
+    Attributes:
+        during: clocks, s.
+        box: states, n_x balls.
+        rate: of the states.
+        solution: of the equations that the field solves; empty where it solves none.
+    """
+
+    during: arb
+    box: list[arb]
+    rate: list[arb]
+    solution: list[arb]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Step:
     """What one step proves.
 
     Attributes:
         length: h, exact, s.
-        tube: holds every motion from the start box for all times of the step, n_x balls.
-        polynomial: x_0 ... x_(Q-1) from the centre, then the remainder's x_Q.
+        parts: of the step, in order; together they cover it.
+        centre: every state's coefficients of a polynomial close to the motion of the centre.
         image: of the centre at h.
         slope: dx(h)/dx(0) for every start in the box.
+        error: bound of what the step adds to the image.
     """
 
     length: arb
-    tube: list[arb]
-    polynomial: Coefficients
+    parts: tuple[Part, ...]
+    centre: list[list[arb]]
     image: list[arb]
     slope: arb_mat
+    error: arb
 
 
-def take_step(
-    field: Field, clock: arb, centre: Sequence[arb], box: Sequence[arb], length: arb, order: int, halve: bool = True
-) -> Step:
-    """Advance a box with its centre by a step of the given length, or a half, a quarter, ... of it where that fails.
+class Field(Protocol):
+    """A vector field through which sets can be followed."""
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+
+    @property
+    def tapes(self) -> tuple[Tape, ...]:
+        """The expressions that it is made of."""
+
+    def part(self, during: arb, box: Sequence[arb]) -> Part:
+        """Return what holds in a small box of states at some clocks."""
+
+    def slope(self, part: Part) -> arb_mat:
+        """Return balls that hold f_x there."""
+
+    def polynomial(self, clock: arb, centre: Sequence[arb], order: int) -> list[list[arb]]:
+        """Return every state's coefficients of the motion from a point, as far as the order."""
+
+    def step(self, clock: arb, centre: Sequence[arb], box: Sequence[arb], length: arb, order: int) -> Step:
+        """Advance a box of starts with a point of it, its exact centre, by a step.
+
+        Raises:
+            StepError: no enclosure was found.
+        """
+
+
+def take_step(field: Smooth, clock: arb, centre: Sequence[arb], box: Sequence[arb], length: arb, order: int) -> Step:
+    """Advance a box with its centre by a step.
 
     Args:
         field: the vector field.
@@ -60,22 +105,26 @@ def take_step(
         box: the starts.
         length: h, exact, s.
         order: Q.
-        halve: whether a shorter step may be taken.
 
     Raises:
         StepError: no enclosure was found.
     """
     motion = field.motion(clock, box, order)
-    for _ in range(HALVINGS if halve else 1):
-        tube = _enclosure(field, clock, motion, length, order)
-        if tube is not None:
-            passed = _variational(field, clock, motion, tube, length, order)
-            if passed is not None:
-                polynomial = [*field.motion(clock, centre, order - 1), tube.remainder]
-                image = [horner([row[i] for row in polynomial], length) for i in range(field.size)]
-                return Step(length=length, tube=tube.box, polynomial=polynomial, image=image, slope=passed)
-        length = length / 2
-    raise StepError(f"no enclosure of the motion at clock {clock.str(6, radius=False)} s")
+    tube = _enclosure(field, clock, motion, length, order)
+    passed = None if tube is None else _variational(field, clock, motion, tube, length, order)
+    if tube is None or passed is None:
+        raise StepError(f"no enclosure of the motion at clock {clock.str(6, radius=False)} s")
+    rows = [*field.motion(clock, centre, order - 1), tube.remainder]
+    polynomial = [[row[i] for row in rows] for i in range(field.size)]
+    whole = Part(during=between(clock, clock + length), box=tube.box, rate=tube.motion[1], solution=[])
+    return Step(
+        length=length,
+        parts=(whole,),
+        centre=polynomial,
+        image=[horner(row, length) for row in polynomial],
+        slope=passed,
+        error=largest(tube.remainder) * length**order,
+    )
 
 
 @dataclass(frozen=True)
@@ -88,7 +137,7 @@ class _Tube:
         return self.motion[-1]
 
 
-def _enclosure(field: Field, clock: arb, motion: Coefficients, length: arb, order: int) -> _Tube | None:
+def _enclosure(field: Smooth, clock: arb, motion: Coefficients, length: arb, order: int) -> _Tube | None:
     """Find the box Z and its coefficients; None where the guess does not hold itself."""
     span = between(arb(0), length)
     during = between(clock, clock + length)
@@ -112,7 +161,7 @@ def _enclosure(field: Field, clock: arb, motion: Coefficients, length: arb, orde
 
 
 def _variational(
-    field: Field, clock: arb, motion: Coefficients, tube: _Tube, length: arb, order: int
+    field: Smooth, clock: arb, motion: Coefficients, tube: _Tube, length: arb, order: int
 ) -> arb_mat | None:
     """Return dx(h)/dx(0), by equation (1) for V; None where its enclosure does not hold itself."""
     size, one = field.size, identity(field.size)

@@ -12,24 +12,28 @@ import numpy as np
 from flint import arb
 
 from amble.errors import InputError
+from amble.gait import Gait
+from amble.gait.closed_loop import closed_loop
 from amble.hybrid import HybridSystem
 from amble.proof.arithmetic import fraction, working_precision
 from amble.proof.basin import contraction_on_ball
-from amble.proof.leg import ProofError
-from amble.proof.orbit import prove_orbit
+from amble.proof.errors import ProofError
+from amble.proof.gait_map import gait_map, require_provable
+from amble.proof.orbit import ProvedOrbit, prove_orbit
 from amble.proof.record import Found, Pair, Proof, Proved, orbit_balls, system_hash
 from amble.proof.return_map import ReturnMap
+from amble.stability.closed_loop_orbit import without_yaw
 
 OTHER_PRECISION = 53
 """Bits by which verification's precision differs from the proof's."""
 
 
-def verify(proof: Proof, system: HybridSystem) -> None:
+def verify(proof: Proof, system: HybridSystem | Gait) -> None:
     """Compute every enclosure of a proof anew, in another precision and without a search.
 
     Args:
         proof: read from a file.
-        system: that it speaks of.
+        system: that it speaks of, or the gait whose closed loop it speaks of.
 
     Raises:
         InputError: the proof is of another system, or numbers are missing.
@@ -37,8 +41,10 @@ def verify(proof: Proof, system: HybridSystem) -> None:
     """
     found, claimed = proof.found, proof.proved
     with working_precision(found.bits + OTHER_PRECISION):
-        prepared = ReturnMap.of(system, found.order, 0.0)
-        if system_hash(prepared) != proof.system:
+        prepared = _prepared(system, found.order)
+        half = isinstance(system, Gait) and system.pattern.mirrored
+        system = prepared.system
+        if system_hash(prepared) != proof.system or half != proof.half:
             raise InputError("the proof is of another system: the hashes of the expressions differ")
         _expect_shapes(found, system)
         weight = np.array(found.weight)
@@ -53,6 +59,7 @@ def verify(proof: Proof, system: HybridSystem) -> None:
         _require("state", claimed.state, new.state)
         _require("shift", claimed.shift, new.shift)
         _require("duration", _numbered(claimed.durations), _numbered(new.durations))
+        _require_margins(claimed, again)
         _require_multipliers(claimed, new)
         bound = None if again.unstable is None else fraction(again.unstable.lower())
         if claimed.unstable is not None and (bound is None or Fraction(claimed.unstable) > bound):
@@ -77,6 +84,22 @@ def _require(what: str, claimed: Mapping[str, Pair], new: Mapping[str, Pair]) ->
         slack = (over - under) * Fraction(1, 2**19)
         if low > under + slack or high < over - slack:
             raise ProofError(f"the claimed {what} '{name}' does not hold what is computed")
+
+
+def _prepared(system: HybridSystem | Gait, order: int) -> ReturnMap:
+    if isinstance(system, HybridSystem):
+        return ReturnMap.of(system, order, 0.0)
+    require_provable(system)
+    return gait_map(system, without_yaw(closed_loop(system, half=True), system.pattern.mirrored), order, 0.0)
+
+
+def _require_margins(claimed: Proved, again: ProvedOrbit) -> None:
+    if [margins.keys() for margins in claimed.margins] != [margins.keys() for margins in again.margins]:
+        raise ProofError("the proof has other margins than the system")
+    for number, margins in enumerate(claimed.margins):
+        for name, low in margins.items():
+            if not 0 < Fraction(low) <= fraction(again.margins[number][name]):
+                raise ProofError(f"the claimed margin of {name} does not follow")
 
 
 def _require_multipliers(claimed: Proved, new: Proved) -> None:

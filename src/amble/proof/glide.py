@@ -1,0 +1,81 @@
+"""A motion in high precision through a domain, not enclosed: where a search needs a point and no proof."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flint import arb
+
+from amble.proof.arithmetic import horner
+from amble.proof.errors import ProofError
+from amble.proof.leg import Leg
+from amble.proof.step import Field
+
+NEWTON_STEPS = 20
+CAUTION = 0.5
+"""Share of the length at which a last term would be the tolerance."""
+
+
+def wished_length(field: Field, clock: arb, centre: Sequence[arb], order: int, tolerance: float) -> arb:
+    """Return a step length whose last terms are below a tolerance."""
+    return _length(field.polynomial(clock, centre, order), tolerance)
+
+
+def crossing(leg: Leg, clock: arb, polynomial: Sequence[Sequence[arb]], start: arb) -> arb | None:
+    """Newton for the time at which a polynomial motion meets the guard that ends a domain; None where it fails."""
+    at = start
+    for _ in range(NEWTON_STEPS):
+        value, rate = leg.rises(leg.exit, leg.field.part(clock + at, _at(polynomial, at)))
+        change = (value / rate).mid()
+        at = (at - change).mid()
+        if not at.is_finite():
+            return None
+        if abs(change) <= abs(at) * arb(2) ** -100:
+            return at
+    return None
+
+
+def passed(leg: Leg, start: Sequence[arb], order: int, tolerance: float, most: int = 20000) -> list[arb]:
+    """Return where a point enters the next domain.
+
+    Args:
+        leg: the domain.
+        start: the point, exact.
+        order: of the Taylor polynomials.
+        tolerance: of their last terms.
+        most: steps.
+
+    Raises:
+        ProofError: it does not reach the guard.
+    """
+    clock, state = arb(0), list(start)
+    below = _below(leg, clock, state)
+    for _ in range(most):
+        polynomial = leg.field.polynomial(clock, state, order)
+        length = _length(polynomial, tolerance).mid()
+        after = _at(polynomial, length)
+        still = _below(leg, clock + length, after)
+        if below and not still and not clock + length <= arb(leg.exit.dead_time):
+            end = crossing(leg, clock, polynomial, length)
+            if end is not None and arb(0) < end <= length:
+                image, _, _ = leg.reset.balls([clock + end], _at(polynomial, end), leg.parameters)
+                return [value.mid() for value in image]
+        clock, state, below = (clock + length).mid(), after, still
+    raise ProofError(f"{most} steps were not enough {leg.place(clock)}")
+
+
+def _below(leg: Leg, clock: arb, state: Sequence[arb]) -> bool:
+    return bool(leg.exit.at(clock, state, leg.parameters)[0].mid() < 0)
+
+
+def _length(polynomial: Sequence[Sequence[arb]], tolerance: float) -> arb:
+    """Return a share of the largest length at which no last term is above the tolerance, s."""
+    found = []
+    for row in polynomial:
+        size = max(float(abs(row[-1]).mid()), tolerance**2)
+        found.append((tolerance / size) ** (1.0 / (len(row) - 1)))
+    return arb(CAUTION * min(found))
+
+
+def _at(polynomial: Sequence[Sequence[arb]], at: arb) -> list[arb]:
+    return [horner([value.mid() for value in row], at).mid() for row in polynomial]
