@@ -97,9 +97,10 @@ def refined(prepared: ReturnMap, guess: Vector, goal: float, progress: Progress 
             progress(ProgressReport(what="point of high precision", done=number + 1, quantity="step", value=size))
         if not size < 0.5 * smallest:
             break
+        falls = size / smallest if number else 1.0
         best, smallest = centre, size
         centre = [(value - change.mid()).mid() for value, change in zip(centre, correction, strict=True)]
-        if size < goal:
+        if size < goal or size * falls < goal:  # the next step would be smaller by the same factor, at least
             return centre
     return best
 

@@ -12,12 +12,13 @@ from flint import acb, acb_mat, arb, arb_mat
 
 from amble.errors import InputError
 from amble.hybrid import HybridSystem
-from amble.proof.arithmetic import exact_matrix, midpoints, symmetric
+from amble.proof.arithmetic import exact_matrix, identity, largest, midpoints, symmetric
 from amble.proof.errors import ProofError
 from amble.stability.group import generators
 from amble.types import Matrix, Vector
 
-RATE_MARGINS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05)
+NEARER = 0.25
+RATE_MARGINS = (1e-6, 1e-5, 1e-4, 1e-3, 2e-3, 1e-2, 0.05)
 """Shares of the distance to 1 by which the proved rate may lie above the estimate of the spectral radius."""
 
 
@@ -47,9 +48,24 @@ def quotient(derivative: arb_mat, along: Matrix) -> arb_mat:
 
 
 def contracts(matrix: arb_mat, weight: Matrix, rate: float) -> bool:
-    """Whether r^2 W - A^T W A > 0 and W > 0 for every matrix in the balls, by an interval Cholesky factorisation."""
+    """Whether r^2 W - A^T W A > 0 and W > 0 for every matrix in the balls.
+
+    With T of an approximate factorisation W = T^T T + E and S close to T^-1 the first is so exactly where
+
+        r^2 S^T W S - (T A S)^T (T A S) - (A S)^T E (A S)
+
+    is positive definite: this is close to r^2 - (T A S)^T (T A S), well conditioned though W is not.
+    """
     w = exact_matrix(weight)
-    return _positive_definite(w) and _positive_definite(arb(rate) ** 2 * w - matrix.transpose() * w * matrix)
+    factor = _factor(w)
+    if factor is None:
+        return False
+    upper = factor.mid()
+    inverse = upper.inv().mid()
+    turned, moved = upper * matrix * inverse, matrix * inverse
+    rest = moved.transpose() * (w - upper.transpose() * upper) * moved
+    kept = inverse.transpose() * w * inverse
+    return _positive_definite(arb(rate) ** 2 * kept - turned.transpose() * turned - rest)
 
 
 def complement(along: Matrix) -> tuple[Matrix, Matrix]:
@@ -62,14 +78,17 @@ def complement(along: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def contraction(matrix: arb_mat) -> tuple[Matrix, float]:
-    """Return W and the smallest rate r that a factorisation proves; a rate of 2 where none below 1 is."""
+    """Return W and the smallest rate r that a factorisation proves; a rate of 2 where none below 1 is.
+
+    W is that of a rate nearer to the spectral radius than r, so that r^2 W - A^T W A is a share of W.
+    """
     middle = midpoints(matrix)
     estimate = float(np.abs(np.linalg.eigvals(middle)).max())
     for margin in RATE_MARGINS:
-        rate = estimate + margin * (1.0 - estimate)
+        rate, nearer = (estimate + share * margin * (1.0 - estimate) for share in (1.0, NEARER))
         if not 0.0 < rate < 1.0:
             break
-        weight = lyapunov(middle, rate)
+        weight = lyapunov(middle, nearer)
         if contracts(matrix, weight, rate):
             return weight, rate
     return np.eye(len(middle)), 2.0
@@ -91,17 +110,30 @@ def claimed(matrix: arb_mat, weight: Matrix, rate: float | None) -> tuple[Matrix
 
 
 def _positive_definite(matrix: arb_mat) -> bool:
-    """Whether every symmetric matrix in the balls is positive definite: all pivots are positive."""
-    rows = matrix.tolist()
-    size = len(rows)
+    """Whether every symmetric matrix in the balls is positive definite.
+
+    It is where the symmetric part of the midpoints, less the largest sum of a row's or column's radii, is: what a
+    symmetric matrix can differ from that part has no larger norm.
+    """
+    radii = [[value.rad() for value in row] for row in matrix.tolist()]
+    slack = largest(sum(line, start=arb(0)) for lines in (radii, zip(*radii, strict=True)) for line in lines)
+    exact = matrix.mid()
+    return _factor((exact + exact.transpose()) / 2 - identity(matrix.nrows()) * slack) is not None
+
+
+def _factor(matrix: arb_mat) -> arb_mat | None:
+    """Return T with matrix = T^T T, upper triangular; None where a pivot is not proved to be positive."""
+    size, rows = matrix.nrows(), matrix.tolist()
+    factor = [[arb(0)] * size for _ in range(size)]
     for k in range(size):
         if not rows[k][k] > 0:
-            return False
+            return None
+        root = rows[k][k].sqrt()
+        factor[k][k:] = [value / root for value in rows[k][k:]]
         for i in range(k + 1, size):
-            share = rows[i][k] / rows[k][k]
-            for j in range(k + 1, i + 1):
-                rows[i][j] = rows[i][j] - share * rows[j][k]
-    return True
+            for j in range(i, size):
+                rows[i][j] = rows[i][j] - factor[k][i] * factor[k][j]
+    return arb_mat(factor)
 
 
 def gershgorin(matrix: arb_mat) -> list[tuple[acb, bool]]:
