@@ -38,7 +38,7 @@ def prove(
     ] = None,
     bits: Annotated[int, typer.Option(min=64, max=1024, help="Precision of the arithmetic.")] = 128,
     order: Annotated[
-        int | None, typer.Option(min=4, max=40, help="Order of the Taylor steps.", show_default="20; 28 for a gait")
+        int | None, typer.Option(min=4, max=40, help="Order of the Taylor steps.", show_default="20; 30 for a gait")
     ] = None,
     basin: Annotated[
         float | None,
