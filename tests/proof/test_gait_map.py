@@ -20,11 +20,12 @@ from amble.hybrid import HybridSystem
 from amble.proof import GAIT_SETTINGS, Proof, ProofError, load_proof, prove_gait, save_proof, verify
 from amble.proof.arc import Arc, follow
 from amble.proof.arithmetic import column, working_precision
-from amble.proof.gait_map import gait_map, require_provable
+from amble.proof.gait_map import gait_map, require_provable, require_smooth
 from amble.proof.moving_set import MovingSet
 from amble.proof.tape import Tape, record
 from amble.stability import FixedPoint
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
+from tests.hybrids import travelling
 from tests.proof.points import BITS, moved
 
 RADIUS = 2.0**-64
@@ -45,6 +46,15 @@ def test_feet_that_land_together_are_refused_by_name() -> None:
 def test_a_law_with_corners_is_refused(stabilised_gait: Gait) -> None:
     with pytest.raises(InputError, match="'peak' do not solve linear equations"):
         require_provable(replace(stabilised_gait, law=MinimumPeak()))
+
+
+def test_a_breakpoint_along_the_orbit_is_refused() -> None:
+    system = HybridSystem(
+        [replace(travelling(0.0, 1).domains[0], breakpoints=(0.1, 0.3))], travelling(0.0, 1).transitions
+    )
+    require_smooth(system, [0.05])
+    with pytest.raises(InputError, match=r"breakpoints \(1\) along domain"):
+        require_smooth(system, [0.2])
 
 
 @lru_cache(maxsize=2)

@@ -62,6 +62,24 @@ def require_provable(gait: Gait) -> None:
         control_of(gait).equations(gait, switch.source)
 
 
+def require_smooth(system: HybridSystem, durations: Sequence[float]) -> None:
+    """Refuse domains whose field is less smooth somewhere along the orbit, as under a law of polynomial pieces.
+
+    Args:
+        system: the closed loop.
+        durations: of the domains along the orbit, s.
+
+    Raises:
+        InputError: a domain has a breakpoint before its end.
+    """
+    for domain, duration in zip(system.domains, durations, strict=True):
+        count = sum(0.0 < mark <= duration for mark in domain.breakpoints)
+        if count:
+            raise InputError(
+                f"the control law has breakpoints ({count}) along domain '{domain.name}': no proof of a law of pieces"
+            )
+
+
 def _leg(gait: Gait, switch: Switch, domain: Domain, transition: Transition) -> Leg:
     """Write a solved stance and the switch that ends it."""
     pattern, robot, stance = gait.pattern, gait.robot, switch.source

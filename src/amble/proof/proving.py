@@ -14,7 +14,7 @@ from amble.hybrid import HybridSystem
 from amble.progress import Progress, silent
 from amble.proof.arithmetic import working_precision
 from amble.proof.basin import prove_basin
-from amble.proof.gait_map import gait_map, require_provable
+from amble.proof.gait_map import gait_map, require_provable, require_smooth
 from amble.proof.orbit import prove_orbit, refined
 from amble.proof.record import Proof, proof_of
 from amble.proof.return_map import ReturnMap
@@ -95,6 +95,7 @@ def prove_gait(gait: Gait, settings: Settings | None = None, progress: Progress 
     chosen = settings or GAIT_SETTINGS
     require_provable(gait)
     system, found = closed_loop_fixed_point(gait, progress)
+    require_smooth(system, found.monodromy.durations)
     with working_precision(chosen.bits):
         prepared = gait_map(gait, system, chosen.order, chosen.tolerance)
         return _prove(prepared, found.state, chosen, progress, half=gait.pattern.mirrored)
