@@ -43,7 +43,7 @@ NUMBERS: dict[tuple[str, str], tuple[tuple[str, ...], tuple[str, ...]]] = {
     ("prove", "basin"): (("prove", f"{WHEEL}:rolling"), ("-1", "2", "nan", "inf")),
 }
 
-OPTIONAL = {("prove", "order"), ("prove", "basin")}
+OPTIONAL = {("prove", "bits"), ("prove", "order"), ("prove", "basin")}
 """Numbers whose default follows from what is proved."""
 
 

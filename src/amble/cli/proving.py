@@ -36,7 +36,10 @@ def prove(
             help="Verify this proof of the system instead: nothing is searched, nothing written.", show_default=False
         ),
     ] = None,
-    bits: Annotated[int, typer.Option(min=64, max=1024, help="Precision of the arithmetic.")] = 128,
+    bits: Annotated[
+        int | None,
+        typer.Option(min=64, max=1024, help="Precision of the arithmetic.", show_default="128; 160 for a gait"),
+    ] = None,
     order: Annotated[
         int | None, typer.Option(min=4, max=40, help="Order of the Taylor steps.", show_default="20; 30 for a gait")
     ] = None,
@@ -69,7 +72,7 @@ def prove(
         return
     usual = Settings() if isinstance(subject, tuple) else GAIT_SETTINGS
     tried = usual.basin if basin is None else basin
-    settings = replace(usual, bits=bits, order=order or usual.order, basin=tried)
+    settings = replace(usual, bits=bits or usual.bits, order=order or usual.order, basin=tried)
     with progress("proving") as notify:
         if isinstance(subject, tuple):
             proof = proved(*subject, settings, notify)

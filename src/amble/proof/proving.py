@@ -52,8 +52,9 @@ class Settings:
             raise InputError(f"the basin that is tried is a number from 0 to 1, not {self.basin:g}")
 
 
-GAIT_SETTINGS = Settings(order=30, tolerance=1e-31, radius=1e-24, basin=0.0)
-"""What the gait of `amble reproduce` needs: the enclosed derivative is about 1e14 times as wide as the box."""
+GAIT_SETTINGS = Settings(bits=160, order=30, tolerance=1e-31, radius=1e-24, basin=0.0)
+"""What the gait of `amble reproduce` needs: the enclosed derivative is about 1e14 times as wide as the box, and
+rounding has to stay well below the tolerance (at 128 bits steps shrink, for it does not)."""
 
 
 def prove(
