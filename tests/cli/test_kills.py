@@ -114,7 +114,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = (resources.files("amble.specifications") / "astro-amble.toml").read_text()
     coarse = re.sub(r"intervals = \d+", "intervals = 6\nrefinement = 1", text)
     (folder / "spec.toml").write_text(coarse)
-    (folder / "library.toml").write_text(f"{coarse}\n[library.axes]\nspeed = [0.18, 0.2]\n")
+    (folder / "library.toml").write_text(f"{coarse}\n[library.axes]\nspeed = {{ range = [0.18, 0.2], step = 0.02 }}\n")
     return folder
 
 

@@ -95,6 +95,14 @@ def test_the_page_is_written_whole(found: Robustness, tmp_path: Path) -> None:
     assert "http" not in text.replace("http://www.w3.org", "")
 
 
+def test_a_page_of_thresholds_that_are_all_zero_is_written(found: Robustness, tmp_path: Path) -> None:
+    """Two trials of a gait with a small basin: no walk goes on."""
+    cells = tuple(replace(cell, measured={"native": 0.0}) for cell in found.cells)
+    write_robustness(tmp_path, replace(found, cells=cells))
+    figure, _ = robustness_figures(replace(found, cells=cells))["predictions"]
+    assert [text.get_text() for text in figure.axes[0].texts] == ["no threshold measured"]
+
+
 def test_the_survival_curve_has_wilsons_intervals(found: Robustness) -> None:
     figure, _ = robustness_figures(found)["push_survival"]
     line = figure.axes[0].lines[0]

@@ -266,7 +266,7 @@ def test_an_interrupt_during_the_solve_arrives(small_program: GaitProgram) -> No
     [
         ({"speed": 1e3}, InputError, "the speed is 1000.0 m/s"),
         ({"speed": float("nan")}, InputError, "the speed is nan m/s"),
-        ({"intervals": 1}, InputError, "at least 2"),
+        ({"intervals": 1}, InputError, "from 2 to"),
         ({"gains": (100.0, 0.0)}, InputError, "both must be positive"),
     ],
 )

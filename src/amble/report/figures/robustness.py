@@ -86,8 +86,12 @@ def predicted_measured(
         for panel, (title, (predicted, measured)) in zip(axes, groups.items(), strict=False):
             pairs = np.array([pair for pair in zip(predicted, measured, strict=True) if min(pair) > 0.0]).reshape(-1, 2)
             panel.scatter(pairs[:, 0], pairs[:, 1], s=9.0, color=LAW_COLOURS[0], label=plain_text(title))
-            panel.set_xscale("log")
-            panel.set_yscale("log")
+            if pairs.size:  # nothing has no logarithm
+                panel.set_xscale("log")
+                panel.set_yscale("log")
+            else:
+                panel.text(0.5, 0.5, "no threshold measured", ha="center", transform=panel.transAxes)
+                panel.set(xticks=(), yticks=())
             panel.set_title(plain_text(title))
             panel.set_xlabel(labels[0])
             panel.set_ylabel(labels[1])
