@@ -54,13 +54,10 @@ def prove(
     ] = None,
 ) -> None:
     """Prove that a system has a periodic orbit, whether it is exponentially stable, and from how far it attracts."""
-    from dataclasses import replace
-
     from amble.optional import require
 
     require("flint", "proof", "proofs")
-    from amble.proof import GAIT_SETTINGS, Settings, load_proof, prove_gait, save_proof
-    from amble.proof import prove as proved
+    from amble.proof import load_proof, save_proof
     from amble.proof import verify as verified
 
     subject = _subject(system)
@@ -70,18 +67,28 @@ def prove(
         result(verified=True)
         show(f"every enclosure of '{verify}' was computed again and holds")
         return
+    proof = _proved(subject, bits, order, basin)
+    for line in _sentences(proof):
+        show(line)
+    result(stable=proof.stable, proved=proof.proved.model_dump(mode="json"))
+    wrote(save_proof(out, proof))
+
+
+def _proved(
+    subject: Gait | tuple[HybridSystem, Vector], bits: int | None, order: int | None, basin: float | None
+) -> Proof:
+    """Prove, with what is not given as it is usual for a gait or a system."""
+    from dataclasses import replace
+
+    from amble.proof import GAIT_SETTINGS, Settings, prove, prove_gait
+
     usual = Settings() if isinstance(subject, tuple) else GAIT_SETTINGS
     tried = usual.basin if basin is None else basin
     settings = replace(usual, bits=bits or usual.bits, order=order or usual.order, basin=tried)
     with progress("proving") as notify:
         if isinstance(subject, tuple):
-            proof = proved(*subject, settings, notify)
-        else:
-            proof = prove_gait(subject, settings, notify)
-    for line in _sentences(proof):
-        show(line)
-    result(stable=proof.stable, proved=proof.proved.model_dump(mode="json"))
-    wrote(save_proof(out, proof))
+            return prove(*subject, settings, notify)
+        return prove_gait(subject, settings, notify)
 
 
 def _subject(argument: str) -> Gait | tuple[HybridSystem, Vector]:
