@@ -89,6 +89,7 @@ class GainSearch:
     orbit: Orbit
 
     largest = LARGEST_CHANGE
+    price = 0.0
 
     @classmethod
     def of(cls, gait: Gait) -> GainSearch:

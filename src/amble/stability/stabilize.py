@@ -14,7 +14,7 @@ from amble.gait import Gait
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability.gain_search import GainSearch
 from amble.stability.search_start import NEAR, WHOLE, Descents, begin
-from amble.stability.weight_search import Closed, WeightSearch, least_bound
+from amble.stability.weight_search import CHEAPEST, Closed, WeightSearch, least_bound
 from amble.types import Vector
 
 SHARES = (1.0, 0.25, 0.0625)
@@ -116,6 +116,7 @@ def stabilization(
     own orbit under the weights found, until that gains less than 10 %. Where nobody says which weights are free, those
     of the base are first; while the spectral radius stays above ``TARGET``, the joints in which the bound is steepest
     are freed as well, ``FREED`` at a time, and the descent goes on from where it stands, until no other weight matters.
+    Where the orbit would stay unstable so, ill-conditioned outputs are priced less, down to ``CHEAPEST``.
 
     Args:
         gait: the gait; feedback that it already has is replaced.
@@ -150,8 +151,13 @@ def stabilization(
         if isinstance(search, GainSearch) or free is not None or here.radius <= TARGET:
             break
         more = _steepest(search, here, freed)
-        if not more:
+        if not more and not (here.radius >= 1.0 and search.price > CHEAPEST):
             break
+        if not more:
+            search = replace(search, price=search.price / 10.0)
+            reasons[-1] += f" (spectral radius {here.radius:.4g} with ill-conditioned outputs priced)"
+            notify(ProgressReport(what="ill-conditioned outputs cost a tenth from here on"))
+            continue
         reasons[-1] += f" (spectral radius {here.radius:.4g} with {', '.join(freed)} free)"
         freed = (*freed, *more)
         notify(ProgressReport(what=f"weights of {', '.join(more)} are freed"))
@@ -239,7 +245,7 @@ def _improved(
 ) -> Closed | None:
     """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
     try:
-        proposed = least_bound(search.evaluate, here.theta, notify, search.largest, evaluations)
+        proposed = least_bound(search.evaluate, here.theta, notify, search.largest, evaluations, search.price)
     except WorkError as error:
         refusals.append(str(error))
         return None

@@ -53,6 +53,9 @@ CONDITIONING = 0.1
 """Weight of ``conditioning`` beside log r: on the orbit nearly singular outputs cost nothing, beside it they end the
 motion. Go2's bound came to |Q| = 2400, where no start 1e-5 beside it came back."""
 
+CHEAPEST = 1e-3
+"""Least of these weights: where the orbit would stay unstable, stabilisation goes on with a tenth of the last one."""
+
 EVALUATIONS = 150
 MEMORY = 30
 
@@ -81,6 +84,7 @@ def least_bound(
     progress: Progress | None = None,
     largest: float | None = None,
     evaluations: int = EVALUATIONS,
+    price: float = CONDITIONING,
 ) -> Vector:
     """Descend from theta to parameters of least bound r, by L-BFGS.
 
@@ -90,6 +94,7 @@ def least_bound(
         progress: called after every evaluation.
         largest: bound of every parameter's size; none by default.
         evaluations: of the return map, at most.
+        price: weight of the conditioning beside log r.
 
     Raises:
         NotSolvedError: the return map of some parameters cannot be computed.
@@ -112,8 +117,8 @@ def least_bound(
         slope = here.gradient([one.slope / len(found) for one in found])
         penalty = SIZE_PENALTY if len(found) == 1 else SIZE_PENALTY_IN_ORDERS
         strain, steeper = here.conditioning()
-        slope += CONDITIONING * steeper + 2.0 * penalty * trial
-        return mean + CONDITIONING * strain + penalty * float(trial @ trial), slope
+        slope += price * steeper + 2.0 * penalty * trial
+        return mean + price * strain + penalty * float(trial @ trial), slope
 
     options = {"maxfun": evaluations, "maxcor": MEMORY}
     bounds = None if largest is None else [(-largest, largest)] * theta.size
@@ -157,12 +162,14 @@ class WeightSearch:
         feedback: at theta = 0; its start is the fixed point there.
         weighting: the free weights.
         orbit: the orbit.
+        price: weight of the conditioning in the descent.
     """
 
     gait: Gait
     feedback: Feedback
     weighting: Weighting
     orbit: Orbit
+    price: float = CONDITIONING
 
     largest = None
 
