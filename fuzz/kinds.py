@@ -85,12 +85,10 @@ def rehash(tree: dict[str, Any]) -> None:
     """Give the robot of a gait file the hash that belongs to it, where it is one."""
     from amble.errors import AmbleError
     from amble.io.codec import Record
-    from amble.robot import Robot
-    from amble.robot.files import ROBOT
+    from amble.robot.files import ROBOT, robot_of
 
-    def build(hash: str, overlays: Any, twins: Any, **fields: Any) -> str:
-        del hash, overlays
-        return Robot(twins=twins, **fields).hash
+    def build(hash: str, **fields: Any) -> str:  # noqa: ARG001 - the one it has now
+        return robot_of(**fields).hash
 
     try:
         tree["robot"]["hash"] = Record(build, ROBOT._fields).decode(tree["robot"], "robot")

@@ -96,9 +96,9 @@ def test_every_row_has_a_kind_of_its_own_sort(small_program: GaitProgram) -> Non
         RowKind.DEFECT: intervals * 4 * free,
         RowKind.CONTINUITY: 2 * robot.size,
         RowKind.IMPACT: 2 * (robot.size + 6),
-        RowKind.TOUCHDOWN: 2 * 4,
+        RowKind.TOUCHDOWN: 2 * 5,  # height, three velocities, depth
         RowKind.PERIOD: 1,
-        RowKind.LANDING_ORDER: 0,  # one foot lands at a switch
+        RowKind.LANDING_ORDER: 2,  # one foot lands at a switch and one is released
         RowKind.LANDING_FORCE: 0,
     }
     found = {kind: int(np.sum(program.row_kinds == kind)) for kind in RowKind}

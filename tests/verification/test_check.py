@@ -188,7 +188,10 @@ def test_a_motion_that_cannot_be_integrated_fails_by_name(walking_gait: Gait, mo
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        *(({"grid": grid}, "a grid has from 1 to 1000 points") for grid in (0, -1, 1001, 10**9, 10**20)),
+        *(
+            ({"grid": grid}, "points in every spacing of nodes were asked for; a whole number from 1 to 1,000 can be")
+            for grid in (0, -1, 1001, 10**9, 10**20)
+        ),
         ({"tolerance": 0.0}, "positive"),
     ],
 )

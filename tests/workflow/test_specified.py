@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -39,14 +40,15 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("refinement", [1, 3])
 def test_the_solver_settings_of_the_specification_are_used(refinement: int, monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[object] = []
-    monkeypatch.setattr(specified, "synthesize", lambda *arguments, **_: given.extend(arguments[2:4]) or "coarse")
+    coarse = SimpleNamespace(outputs=pose(None).problem.outputs)
+    monkeypatch.setattr(specified, "synthesize", lambda *arguments, **_: given.extend(arguments[2:4]) or coarse)
     monkeypatch.setattr(specified, "refine", lambda _, gait, factor, __: (gait, factor))
     with resources.as_file(resources.files("amble.specifications") / "astro-amble.toml") as path:
         read = read_specification(path)
     solver = read.solver.model_copy(update={"tolerance": 1e-5, "iterations": 7, "refinement": refinement})
     found = synthesize_specification(read.model_copy(update={"solver": solver}))
     assert given == [1e-5, 7]
-    assert found == ("coarse" if refinement == 1 else ("coarse", 3))
+    assert found == (coarse if refinement == 1 else (coarse, 3))
 
 
 @pytest.fixture(scope="module")

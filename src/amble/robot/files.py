@@ -90,19 +90,24 @@ def _take(robot: Robot) -> Mapping[str, Any]:
     return {**vars(robot), "hash": robot.hash, "overlays": overlays, "base": base}
 
 
-def _build(hash: str, overlays: Json, joints: tuple[Joint, ...], base: str | None, **fields: Any) -> Robot:
-    """Build a robot, and hold it against the hash it was written with."""
+def robot_of(overlays: Json, joints: tuple[Joint, ...], base: str | None, **fields: Any) -> Robot:
+    """Build a robot of what a gait file says of it, whatever hash that is written with."""
     names, rotors = [joint.name for joint in joints], overlays["rotors"]
     for name in rotors:
         if name not in names:
             raise UnknownNameError("joint (rotors of the robot of the gait)", name, names)
-    robot = Robot(
+    return Robot(
         joints=tuple(replace(joint, **rotors.get(joint.name, {})) for joint in joints),
         locked_joints=overlays["locked_joints"],
         payload=overlays["payload"],
         base=BASES[base or SPACE.name],
         **fields,
     )
+
+
+def _build(hash: str, **fields: Any) -> Robot:
+    """Build a robot, and hold it against the hash it was written with."""
+    robot = robot_of(**fields)
     if robot.hash != hash:
         raise InputError(
             f"gait of another robot: what the file says of '{robot.name}' does not have the hash it was written with"

@@ -142,7 +142,6 @@ def stabilization(
     start = begin(gait, free, near)
     search, here, freed, descents = start.search, start.closed, start.free, start.descents
     steps, reasons = [_step(0, here, here, began)], list[str]()
-    notify(_report(steps[0]))
     while True:
         search, here = _descended(search, here, steps, reasons, began, notify, descents)
         if descents is NEAR and here.radius > TARGET:
@@ -151,13 +150,11 @@ def stabilization(
         if isinstance(search, GainSearch) or free is not None or here.radius <= TARGET:
             break
         more = _steepest(search, here, freed)
-        if not more and not (here.radius >= 1.0 and search.price > CHEAPEST):
-            break
-        if not more:
-            search = replace(search, price=search.price / 10.0)
-            reasons[-1] += f" (spectral radius {here.radius:.4g} with ill-conditioned outputs priced)"
-            notify(ProgressReport(what="ill-conditioned outputs cost a tenth from here on"))
+        if not more and here.radius >= 1.0 and search.price > CHEAPEST:
+            search = _cheaper(search, here, reasons, notify)
             continue
+        if not more:
+            break
         reasons[-1] += f" (spectral radius {here.radius:.4g} with {', '.join(freed)} free)"
         freed = (*freed, *more)
         notify(ProgressReport(what=f"weights of {', '.join(more)} are freed"))
@@ -223,6 +220,13 @@ def _descended(
         search = search.around(here)
     reasons.append("; ".join([reason, *(f"refused: {refusal}" for refusal in refusals)]))
     return search, here
+
+
+def _cheaper(search: WeightSearch, here: Closed, reasons: list[str], notify: Progress) -> WeightSearch:
+    """Go on with a tenth of the price of ill-conditioned outputs."""
+    reasons[-1] += f" (spectral radius {here.radius:.4g} with ill-conditioned outputs at a price of {search.price:g})"
+    notify(ProgressReport(what="ill-conditioned outputs cost a tenth from here on"))
+    return replace(search, price=search.price / 10.0)
 
 
 def _steepest(search: WeightSearch, here: Closed, freed: Sequence[str]) -> tuple[str, ...]:
