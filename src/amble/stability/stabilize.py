@@ -129,8 +129,7 @@ def stabilization(
             leave a radius above ``TARGET``. Where the closed loop has no orbit under them, all begins without them.
 
     Raises:
-        InputError: feet land one by one in too many orders, the gait turns, or the control law has no gains that could
-            be chosen.
+        InputError: feet land one by one in too many orders, the gait turns, or the law has no gains to choose.
         UnknownNameError: a free coordinate or the method does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
@@ -142,6 +141,7 @@ def stabilization(
     start = begin(gait, free, near)
     search, here, freed, descents = start.search, start.closed, start.free, start.descents
     steps, reasons = [_step(0, here, here, began)], list[str]()
+    notify(_report(steps[0]))
     while True:
         search, here = _descended(search, here, steps, reasons, began, notify, descents)
         if descents is NEAR and here.radius > TARGET:
