@@ -162,6 +162,16 @@ def test_what_cannot_be_read_is_said(tmp_path: Path) -> None:
     assert load_robot(file, FEET).name == "padda"
 
 
+@pytest.mark.parametrize("number", ["1e13", "1e200", "1e308"])
+def test_numbers_that_no_robot_has_are_refused_before_they_are_multiplied(number: str, tmp_path: Path) -> None:
+    file = tmp_path / "odd.xml"
+    inertia = 'fullinertia="0.05 0.08 0.1 0.001 0.002 0.003"'
+    assert inertia in odd()
+    file.write_text(odd().replace(inertia, f'diaginertia="{number} {number} {number}"'))
+    with np.errstate(all="raise"), pytest.raises(InputError, match=r"body_inertia of .* are finite, up to 1e"):
+        load_robot(file, ODD_FEET)
+
+
 def test_meshes_need_not_be_there_and_springs_are_named(tmp_path: Path) -> None:
     text = odd().replace("<worldbody>", '<asset><mesh name="body" file="nowhere.stl"/></asset><worldbody>', 1)
     text = text.replace('<inertial pos="0.01 0 0"', '<geom type="mesh" mesh="body"/><inertial pos="0.01 0 0"')

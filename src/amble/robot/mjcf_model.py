@@ -21,6 +21,7 @@ from amble.errors import InputError, shown, shown_path
 from amble.io.reader import read_bytes
 from amble.io.worker import by_worker
 from amble.optional import require
+from amble.robot.parts import check_bounded
 from amble.robot.urdf import LARGEST
 from amble.types import Json
 
@@ -57,6 +58,9 @@ def compiled(path: Path) -> Any:
             f"{name}: MuJoCo does not compile it: {shown(found.get('refused', 'meshes are missing'), 200)}"
         )
     arrays = {key: np.array(values) for key, values in found["arrays"].items()}
+    for key, values in arrays.items():  # before anything is computed with them: 1e308 squared is no number
+        if values.dtype.kind == "f":
+            check_bounded(f"{key} of {name}", values)
     return SimpleNamespace(name=found["name"], names=found["names"], tendons=found["tendons"], **arrays)
 
 
