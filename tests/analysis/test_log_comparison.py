@@ -78,3 +78,12 @@ def test_the_command_compares_a_log(stabilised_gait: Gait, tmp_path: Path, capsy
     assert "RMS torque 3 N m, planned 5.2" in capsys.readouterr().out
     assert json.loads(out.read_text())["log"]["samples"] == 325
     assert exit_code("validate", gait, "--log", log, "--case", "nominal", "--out", str(out)) == 2
+
+
+@pytest.mark.parametrize("cell", ["1" * 200_000, "\r1"])
+def test_what_the_csv_reader_refuses_is_one_sentence(cell: str, stabilised_gait: Gait, tmp_path: Path) -> None:
+    log = written(stabilised_gait, tmp_path / "log.csv", 1.0, 0.0, 0.0)
+    log.write_text(log.read_text().replace("100.004", cell, 1))
+    with pytest.raises(InputError) as refused:
+        read_log(log, stabilised_gait)
+    assert "\n" not in str(refused.value)

@@ -105,3 +105,33 @@ def test_numbers_for_another_number_of_states_are_refused(proof: Proof) -> None:
     tree["found"]["radii"] = tree["found"]["radii"][:1]
     with pytest.raises(InputError, match="another number of states"):
         verify(Proof.model_validate_json(json.dumps(tree)), rimless_wheel.rolling()[0])
+
+
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [
+        ("found", {"basin_size": None}),
+        ("found", {"basin_size": 0.0}),
+        ("found", {"basin_size": -1e-3}),
+        ("found", {"basin_weight": []}),
+        ("found", {"basin_weight": [[0.0]]}),
+        ("found", {"basin_weight": [[-1.0]]}),
+        ("found", {"basin_weight": [[1.0, 2.0]]}),
+        ("found", {"basin_steps": []}),
+        ("proved", {"basin_rate": -0.9}),
+        ("proved", {"basin_rate": None}),
+        ("proved", {"basin_rate": 1.0}),
+        ("proved", {"basin_extent": []}),
+        ("proved", {"basin_extent": [-1.0, -1.0]}),
+        ("proved", {"basin_extent": [1e-9] * 10}),
+    ],
+)
+def test_a_basin_that_is_not_whole_is_refused(proof: Proof, part: str, change: Json, tmp_path: Path) -> None:
+    """Without a size nothing of the basin was looked at, so any could be claimed."""
+    tree = proof.model_dump(mode="json")
+    tree[part] |= change
+    path = tmp_path / "proof.json"
+    path.write_text(json.dumps(tree), encoding="utf-8")
+    with pytest.raises((InputError, ProofError)) as refused:
+        verify(load_proof(path), rimless_wheel.rolling()[0])
+    assert "\n" not in str(refused.value)

@@ -125,3 +125,21 @@ def test_workers_do_the_same_as_one_process(stabilised_gait: Gait, tmp_path: Pat
     ]
     assert found[0] == found[1]
     assert 0 < sum(trial.survived for trial in found[0]["native"]) < 100
+
+
+@pytest.mark.parametrize(
+    "change", [{"cycles": 0}, {"cycles": "x"}, {"ended": [1]}, {"ended": "a\x1bb", "cycles": 1}, {"cycles": 9}]
+)
+def test_a_forged_trial_is_done_again(
+    change: dict[str, object], stabilised_gait: Gait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = TrialFolder(place=tmp_path, gait=stabilised_gait, settings=TrialSettings())
+    use(monkeypatch, Counting())
+    found = do_trials(folder, ["counting"], 10)["counting"]
+    (piece,) = pieces(10)
+    file = folder.file("counting", piece)
+    rows = json.loads(file.read_text())
+    rows[next(place for place, trial in enumerate(found) if trial.survived)].update(change)
+    file.write_text(json.dumps(rows))
+    assert folder.read("counting", piece) is None
+    assert do_trials(folder, ["counting"], 10)["counting"] == found

@@ -78,7 +78,10 @@ def read_log(path: str | Path, gait: Gait) -> Log:
             times do not ascend, or there are fewer than ten samples.
     """
     name = f"log '{printable(Path(path).name)}'"
-    rows = list(csv.reader(io.StringIO(read_text(path, "log"))))
+    try:
+        rows = list(csv.reader(io.StringIO(read_text(path, "log"), newline=None)))
+    except csv.Error as error:
+        raise InputError(f"{name} is no table: {shown(str(error))}") from None
     header, joints = [cell.strip() for cell in rows[0]] if rows else [], gait.robot.joint_names
     torques = [f"torque {joint}" for joint in joints]
     wanted = ["time", *joints, *(torques if any(label in header for label in torques) else [])]

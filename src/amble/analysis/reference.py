@@ -22,7 +22,7 @@ from amble.robot import Robot
 from amble.robot.free_base import free_base, link_trajectories
 from amble.types import Matrix, NodeValues, Vector
 
-MOST_CYCLES, MOST_ROWS = 10_000, 1_000_000
+MOST_CYCLES, MOST_ROWS = 10_000, 100_000
 
 
 @dataclass(frozen=True, kw_only=True)

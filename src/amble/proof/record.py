@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 import flint
 from flint import arb
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from amble.errors import InputError, shown_path
 from amble.hybrid import HybridSystem
@@ -110,6 +110,20 @@ class Proof(_Part):
     software: dict[str, str]
     found: Found
     proved: Proved
+
+    @model_validator(mode="after")
+    def _basin_is_whole_or_not_there(self) -> Proof:
+        """A basin that nothing is found for would not be looked at when it is verified."""
+        found, proved = self.found, self.proved
+        lists = (found.basin_weight, found.basin_steps, proved.basin_extent)
+        if found.basin_size is None:
+            if proved.basin_rate is not None or any(lists):
+                raise ValueError("a basin is claimed, and its size is not there")
+        elif proved.basin_rate is None or not all(lists):
+            raise ValueError("of the basin something is missing")
+        elif not (found.basin_size > 0.0 and 0.0 < proved.basin_rate < 1.0 and min(proved.basin_extent) > 0.0):
+            raise ValueError("size, rate and extent of a basin are above 0, and its rate below 1")
+        return self
 
     @property
     def stable(self) -> bool:

@@ -46,7 +46,7 @@ def verify(proof: Proof, system: HybridSystem | Gait) -> None:
         system = prepared.system
         if system_hash(prepared) != proof.system or half != proof.half:
             raise InputError("the proof is of another system: the hashes of the expressions differ")
-        _expect_shapes(found, system)
+        _expect_shapes(found, claimed, system)
         weight = np.array(found.weight)
         again = prove_orbit(
             prepared,
@@ -114,11 +114,23 @@ def _numbered(pairs: Sequence[Pair]) -> dict[str, Pair]:
     return {str(number): pair for number, pair in enumerate(pairs)}
 
 
-def _expect_shapes(found: Found, system: HybridSystem) -> None:
-    size, count = system.state_size, len(system.symmetries)
-    square = len(found.weight) == size - count and all(len(row) == size - count for row in found.weight)
-    if not (len(found.centre) == len(found.radii) == size and square and len(found.steps) == len(system.domains)):
+def _expect_shapes(found: Found, claimed: Proved, system: HybridSystem) -> None:
+    size, domains = system.state_size - len(system.symmetries), len(system.domains)
+    fits = len(found.centre) == len(found.radii) == system.state_size and len(found.steps) == domains
+    if not (fits and _square(found.weight, size)):
         raise InputError("the proof has numbers for another number of states or domains")
+    if found.basin_size is None:
+        return
+    if not (_square(found.basin_weight, size) and len(found.basin_steps) == domains):
+        raise InputError("the basin of the proof has numbers for another number of states or domains")
+    weight = np.array(found.basin_weight)
+    definite = np.array_equal(weight, weight.T) and float(np.linalg.eigvalsh(weight)[0]) > 0.0
+    if not (definite and len(claimed.basin_extent) in (size, system.state_size)):
+        raise InputError("the basin of the proof has no W that is positive definite, or too few extents")
+
+
+def _square(rows: list[list[float]], size: int) -> bool:
+    return len(rows) == size and all(len(row) == size for row in rows)
 
 
 def _exact(text: str) -> arb:

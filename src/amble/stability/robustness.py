@@ -23,6 +23,10 @@ LARGEST = 1.0
 SURVIVED = "walked on"
 
 
+MOST_FRICTION, MOST_IMPULSE = 10.0, 1000.0
+"""Of trials; the impulse in m sqrt(g l)."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrialSettings:
     """What is tried.
@@ -47,8 +51,11 @@ class TrialSettings:
         if self.seed < 0:
             raise InputError(f"the seed of the pushes is a whole number from 0 on, not {self.seed}")
         check_amount("cycles", self.cycles, 2, MOST_CYCLES)
-        if not 0.0 < self.friction < inf or not 0.0 < self.largest < inf:
-            raise InputError("friction and largest impulse of the trials are positive numbers")
+        if not 0.0 < self.friction <= MOST_FRICTION or not 0.0 < self.largest <= MOST_IMPULSE:
+            raise InputError(
+                f"friction and largest impulse of the trials are positive numbers, up to {MOST_FRICTION:g} and "
+                f"{MOST_IMPULSE:g}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
 
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
@@ -21,6 +22,7 @@ from amble.gait.files import content_hash, load_gait, save_gait
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.unilateral_loop import unilateral_loop
 from amble.gait.unilateral_state import Push, unilateral_start
+from amble.io.reader import read_json, read_text
 from amble.io.storage import atomic_write
 from amble.simulation.walk import walk
 from amble.stability.push_response import impulse_unit, push_of
@@ -33,6 +35,11 @@ PIECE = 50
 
 TOLERANCE, TIME_LIMIT = 1e-6, 2.0
 """Of the native engine; the longest stay in a domain in gait periods."""
+
+LONGEST_REASON = 300
+"""Characters of why a walk ended, in a file."""
+
+PIECES = TypeAdapter(list[Trial])
 
 Run = Callable[[Push], tuple[int, str]]
 """An engine, ready: a push -> completed cycles, and why the walk ended (or ``SURVIVED``)."""
@@ -128,8 +135,8 @@ class TrialFolder:
         told = self.place / "trials.json"
         if told.exists():
             try:
-                before = json.loads(told.read_text(encoding="utf-8"))
-            except (OSError, ValueError):
+                before = read_json(told, "settings of trials")
+            except InputError:
                 before = None
             if before != self.content:
                 raise InputError(
@@ -156,7 +163,7 @@ class TrialFolder:
         Raises:
             InputError: it was not.
         """
-        settings = json.loads((place / "trials.json").read_text(encoding="utf-8"))["settings"]
+        settings = read_json(place / "trials.json", "settings of trials")["settings"]
         return cls(place=place, gait=load_gait(place / "gait.json"), settings=TrialSettings(**settings))
 
     def missing(self, engine: str, trials: int) -> list[range]:
@@ -174,10 +181,17 @@ class TrialFolder:
     def read(self, engine: str, piece: range) -> list[Trial] | None:
         """Read a piece; None where it is not there or is not one of these trials."""
         try:
-            rows = json.loads(self.file(engine, piece).read_text(encoding="utf-8"))
-            found = [Trial(**row) for row in rows]
-        except (OSError, ValueError, TypeError):
+            found = PIECES.validate_json(read_text(self.file(engine, piece), "piece of trials"), strict=True)
+        except (InputError, ValidationError):
+            return None
+        if not all(self._possible(trial) for trial in found):
             return None
         expected = [drawn(self.gait, self.settings, number) for number in piece]
         same = [(trial.impulse, trial.direction, trial.phase) for trial in found] == expected
         return found if same else None
+
+    def _possible(self, trial: Trial) -> bool:
+        """Whether a walk can have ended so: with a reason in words, or sound at the end of the last cycle."""
+        whole = trial.cycles == self.settings.cycles
+        words = trial.ended.isprintable() and 0 < len(trial.ended) <= LONGEST_REASON
+        return words and 0 <= trial.cycles <= self.settings.cycles and (whole or not trial.survived)

@@ -118,3 +118,30 @@ def test_maps_are_drawn_of_what_is_certified(folder: Path, unrendered: None) -> 
     )
     names = [path.name for path in write_maps(Library(folder, (failed, certified)))]
     assert names == ["map-cost_of_transport_x.png", "map-cost_of_transport_x.pdf", "map-radius.png", "map-radius.pdf"]
+
+
+FORGED: dict[str, dict[str, object]] = {
+    "certified without a gait": {"certified": True, "file": None},
+    "certified without its files": {"certified": True, "file": "gaits/speed_0.1.json"},
+    "certified in words": {"certified": "no"},
+    "of another gait": {"values": {"speed": 9.0}},
+    "values in words": {"values": {"speed": "abc"}},
+    "values of nothing": {"values": [1]},
+    "an axis that is none": {"values": {"nope": 1.0}},
+    "a file elsewhere": {"file": "../../../etc/passwd"},
+    "a number's name that leaves the folder": {"numbers": {"cost/../../escaped": 1.0}},
+    "numbers in words": {"numbers": "x"},
+    "not finite": {"numbers": {"radius": float("inf")}},
+    "seconds in words": {"seconds": {"solve": "x"}},
+    "a reason that is a number": {"reason": 3},
+}
+
+
+@pytest.mark.parametrize("name", FORGED)
+def test_a_forged_record_is_refused(name: str, folder: Path) -> None:
+    write_entry(folder, {"speed": 0.1}, None, Made(stage="solve", reason="it took more than 1 s"))
+    record = folder / "records" / "speed_0.1.json"
+    record.write_text(json.dumps({**json.loads(record.read_text()), **FORGED[name]}))
+    with pytest.raises(InputError) as refused:
+        load_library(folder)
+    assert "\n" not in str(refused.value)

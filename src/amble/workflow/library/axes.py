@@ -69,7 +69,7 @@ class LibrarySection(Section):
     """The axes, and the wall time after which a gait is given up."""
 
     axes: AxesSection
-    time_limit: Annotated[Time, Field(gt=0.0)] = 600.0
+    time_limit: Annotated[Time, Field(gt=0.0, le=1e6)] = 600.0
 
 
 class LibraryFile(Specification):
@@ -179,7 +179,7 @@ def read_library(path: str | Path) -> LibrarySpecification:
 
 def label(values: Mapping[str, float]) -> str:
     """Return the name of a gait's files: its values, in the same order in every library that has them."""
-    return "-".join(f"{name}_{values[name]:.9g}" for name in UNITS if name in values)
+    return "-".join(f"{name}_{values[name]:.12g}" for name in UNITS if name in values)
 
 
 def _own(tree: Json, problem: GaitProblem) -> dict[str, float]:
@@ -202,12 +202,16 @@ def _values(name: str, axis: Axis[float]) -> tuple[float, ...]:
     if not axis.step > 0.0:
         raise InputError(f"axis {name}: its step is {axis.step:g}; it must be above 0")
     steps = (high - low) / axis.step
+    if not steps <= MOST:
+        raise InputError(
+            f"axis {name}: {steps:.3g} steps of {axis.step:g} are too many; at most {MOST} gaits are taken"
+        )
     count = round(steps)
-    if count > MOST:
-        raise InputError(f"axis {name}: {count} steps of {axis.step:g} are too many; at most {MOST} gaits are taken")
     if abs(steps - count) > WHOLE:
         raise InputError(f"axis {name}: its range of {high - low:g} is no whole number of steps of {axis.step:g}")
-    return tuple(float(f"{low + (high - low) * i / max(count, 1):.12g}") for i in range(count + 1))
+    values = [low + (high - low) * i / max(count, 1) for i in range(count + 1)]
+    # a place a rounding error beside 0 is 0: straight ahead is no turn of 1e-17 rad/s
+    return tuple(0.0 if abs(value) < WHOLE * axis.step else float(f"{value:.12g}") for value in values)
 
 
 def _placed(tree: Json, place: tuple[str, ...], value: Any) -> Json:

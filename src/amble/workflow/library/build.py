@@ -130,8 +130,11 @@ def _one_of(folder: Path, chain: int | None) -> Iterator[None]:
         yield
         return
     place = folder / LOCKS / f"{chain}.lock"
-    place.parent.mkdir(exist_ok=True)
-    lock = os.open(place, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    try:
+        place.parent.mkdir(exist_ok=True)
+        lock = os.open(place, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o644)
+    except OSError as error:
+        raise InputError(f"cannot lock '{shown_path(place)}': {error.strerror or error}") from None
     try:
         with contextlib.suppress(OSError):  # a file system without locks
             fcntl.flock(lock, fcntl.LOCK_EX)

@@ -16,12 +16,16 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from amble.errors import InputError, shown_path
+from pydantic import TypeAdapter, ValidationError
+
+from amble.errors import InputError, listed, shown, shown_path
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
 from amble.io.reader import read_json
@@ -72,6 +76,10 @@ class LibraryEntry:
     def label(self) -> str:
         """Name of its files."""
         return label(self.values)
+
+
+ENTRY, KEY = TypeAdapter(LibraryEntry), re.compile(r"[a-z0-9_]{1,60}")
+"""What a record holds, and the names of its numbers, which also name files of maps."""
 
 
 @dataclass(frozen=True)
@@ -188,11 +196,33 @@ def read_entry(folder: Path, values: Mapping[str, float]) -> LibraryEntry | None
 
 
 def _entry(path: Path) -> LibraryEntry:
-    tree = read_json(path, "record of a library")
+    """Read a record as strictly as a file from elsewhere: what it says is there has to be there.
+
+    Raises:
+        InputError: it is no record, or of another gait, or says certified without a gait and a certificate.
+    """
+    tree, folder = read_json(path, "record of a library"), path.parent.parent
+    what = f"'{shown_path(path)}' is no record of a library"
     try:
-        return LibraryEntry(**{**tree, "notes": tuple(tree["notes"])})
-    except (TypeError, KeyError):
-        raise InputError(f"'{shown_path(path)}' is no record of a library") from None
+        entry = ENTRY.validate_json(json.dumps(tree), strict=True)
+    except ValidationError as error:
+        raise InputError(f"{what}: {shown(error.errors()[0]['msg'])}") from None
+    numbers = [*entry.values.values(), *entry.seconds.values(), *_floats(entry.numbers)]
+    if not set(entry.values) <= set(UNITS) or not all(map(isfinite, numbers)):
+        raise InputError(f"{what}: an axis is unknown, or a number not finite")
+    if not all(KEY.fullmatch(key) for key in (*entry.numbers, *entry.seconds)):
+        raise InputError(f"{what}: a name in it is none")
+    name = f"{path.stem}.json"
+    own = f"{GAITS if entry.certified else FAILED}/{name}"
+    needed = [own, f"{CERTIFICATES}/{name}"] if entry.certified else [own] if entry.file else []
+    lacking = [file for file in needed if not (folder / file).is_file()]
+    if entry.label != path.stem or entry.file != (own if needed else None) or lacking:
+        raise InputError(f"{what}: it is of another gait, or {listed(lacking) or own} is not there")
+    return entry
+
+
+def _floats(numbers: Mapping[str, Any]) -> list[float]:
+    return [value for value in numbers.values() if isinstance(value, float | int)]
 
 
 def write_tables(library: Library) -> tuple[Path, Path]:
