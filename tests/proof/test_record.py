@@ -118,6 +118,9 @@ def test_numbers_for_another_number_of_states_are_refused(proof: Proof) -> None:
         ("found", {"basin_weight": [[-1.0]]}),
         ("found", {"basin_weight": [[1.0, 2.0]]}),
         ("found", {"basin_steps": []}),
+        ("found", {"steps": [["1p-40"] * 19_999]}),
+        ("found", {"steps": [["-1p-6", "1p-6"]]}),
+        ("found", {"steps": [["0p0"]]}),
         ("proved", {"basin_rate": -0.9}),
         ("proved", {"basin_rate": None}),
         ("proved", {"basin_rate": 1.0}),
@@ -126,7 +129,7 @@ def test_numbers_for_another_number_of_states_are_refused(proof: Proof) -> None:
         ("proved", {"basin_extent": [1e-9] * 10}),
     ],
 )
-def test_a_basin_that_is_not_whole_is_refused(proof: Proof, part: str, change: Json, tmp_path: Path) -> None:
+def test_no_whole_basin_and_no_steps_are_refused(proof: Proof, part: str, change: Json, tmp_path: Path) -> None:
     """Without a size nothing of the basin was looked at, so any could be claimed."""
     tree = proof.model_dump(mode="json")
     tree[part] |= change

@@ -26,6 +26,13 @@ SLOWEST, FASTEST, PACES, SHIFTS = 0.7, 1.4, 57, 60
 FEWEST = 10
 
 
+ENOUGH = 2000
+"""Samples on which pace and phase are searched for, before all of them are used."""
+
+LARGEST = 1e9
+"""Number of a log: s, rad, N m."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Log:
     """What a robot recorded.
@@ -104,8 +111,8 @@ def _numbers(name: str, row: list[str], places: list[int], line: int) -> list[fl
         found = [parse_number(row[place].strip()) for place in places]
     except (IndexError, ValueError) as error:
         raise InputError(f"{name}, line {line}: {error}") from None
-    if not np.all(np.isfinite(found)):
-        raise InputError(f"{name}, line {line} holds a number that is not finite")
+    if not np.all(np.abs(found) <= LARGEST):
+        raise InputError(f"{name}, line {line} holds a number that is not finite or above {LARGEST:g}")
     return found
 
 
@@ -128,16 +135,17 @@ def compare_log(gait: Gait, log: Log) -> LogComparison:
     shares, first = (cycle.times - cycle.times[0]) / gait.period, len(joints)
     angles = cycle.positions[:, -first:]
 
-    def differing(pace: float, shift: float) -> Matrix:
-        places = ((log.times - log.times[0]) / (pace * gait.period) + shift) % 1.0
+    def differing(pace: float, shift: float, stride: int = 1) -> Matrix:
+        places = ((log.times[::stride] - log.times[0]) / (pace * gait.period) + shift) % 1.0
         planned = np.column_stack([np.interp(places, shares, column) for column in angles.T])
-        return np.asarray(log.angles - planned)
+        return np.asarray(log.angles[::stride] - planned)
 
-    def size(found: Vector) -> float:
-        return float(np.sqrt(np.mean(differing(float(found[0]), float(found[1])) ** 2)))
+    def size(found: Vector, stride: int = 1) -> float:
+        return float(np.sqrt(np.mean(differing(float(found[0]), float(found[1]), stride) ** 2)))
 
     tried = [(pace, shift) for pace in np.geomspace(SLOWEST, FASTEST, PACES) for shift in np.arange(SHIFTS) / SHIFTS]
-    start = min(tried, key=lambda pair: size(np.array(pair)))
+    few = -(-len(log.times) // ENOUGH)
+    start = min(tried, key=lambda pair: size(np.array(pair), few))
     best = minimize(size, np.array(start), method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9}).x
     left = differing(float(best[0]), float(best[1]))
     return LogComparison(

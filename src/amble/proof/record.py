@@ -33,6 +33,9 @@ Decimal = Annotated[str, Field(pattern=r"^-?\d{1,200}(e-?\d{1,5})?$")]
 Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,200}p-?\d{1,5}$")]
 Pair = tuple[Decimal, Decimal]
 
+Steps = Annotated[list[Annotated[Dyadic, Field(pattern=r"^[1-9]")]], Field(max_length=2000)]
+"""Of a domain: positive, and no more than a proof of a gait takes in a day."""
+
 
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
@@ -58,12 +61,12 @@ class Found(_Part):
     bits: int = Field(ge=53, le=4096)
     centre: list[Dyadic]
     radii: list[Dyadic]
-    steps: list[list[Dyadic]]
+    steps: list[Steps]
     weight: list[list[float]]
     rate: float | None
     basin_weight: list[list[float]]
     basin_size: float | None
-    basin_steps: list[list[Dyadic]]
+    basin_steps: list[Steps]
 
 
 class Proved(_Part):

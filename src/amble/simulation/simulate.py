@@ -212,6 +212,10 @@ def _signals(system: HybridSystem, clock: Vector, state: NodeValues, domain: Int
     return recorded
 
 
+LARGEST_PERTURBATION = 1e6
+"""Of a state: far beyond any that a walk comes back from."""
+
+
 def perturbed(state: Vector, size: float, seed: int) -> Vector:
     """Change every state by exactly size, up or down at random, in the state's own unit.
 
@@ -225,7 +229,7 @@ def perturbed(state: Vector, size: float, seed: int) -> Vector:
     """
     if seed < 0:
         raise InputError(f"the seed of a perturbation is a whole number from 0 on, not {seed}")
-    if not 0.0 <= size < np.inf:
-        raise InputError(f"the size of a perturbation is a number from 0 on, not {size}")
+    if not 0.0 <= size <= LARGEST_PERTURBATION:
+        raise InputError(f"the size of a perturbation is a number from 0 to {LARGEST_PERTURBATION:g}, not {size}")
     sign = np.random.default_rng(seed).choice([-1.0, 1.0], len(state))
     return frozen(np.asarray(state) + size * sign)
