@@ -8,9 +8,9 @@ import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
-from amble.control.closed_loop import StanceLoop
+from amble.control.closed_loop import Flow, StanceLoop
 from amble.gait.control_law import ControlLaw, Numbers, TorqueLaw
-from amble.gait.landing_domains import continued, driven_landing_domain, landing_domain, landing_transition
+from amble.gait.landing_domains import continued, landing_domain, landing_transition
 from amble.gait.landing_stances import between, entering, follows, landing_steps, twin
 from amble.gait.linearising_law import control_of
 from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
@@ -90,7 +90,7 @@ def _transitions(
     return found
 
 
-def _domain(name: str, flow: StanceLoop, numbers: Numbers) -> Domain:
+def _domain(name: str, flow: Flow, numbers: Numbers) -> Domain:
     return Domain(
         name=name,
         field=flow.field,
@@ -126,7 +126,8 @@ def _landing_domains(
     for number, (loop, following) in enumerate(zip(loops, solved, strict=True)):
         for stance in between(gait, entering(gait, number)):
             if stance.name in numbers and isinstance(control, TorqueLaw):
-                domain = driven_landing_domain(pattern, control, numbers[stance.name], stance)
+                entry = numbers[stance.name]
+                domain = _domain(stance.name, control.landing_flow(pattern.contacts(stance), entry), entry)
             else:
                 domain = landing_domain(pattern, loop, following, pattern.solved[number], stance)
             found.append(domain)

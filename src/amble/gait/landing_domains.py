@@ -17,7 +17,6 @@ import casadi as ca
 from amble.control.closed_loop import StanceLoop
 from amble.control.landing import compiled_gap, compiled_landing_plant, compiled_stopping
 from amble.control.stance_functions import ARGUMENTS
-from amble.gait.control_law import Numbers, TorqueLaw
 from amble.hybrid import Contacts, Domain, GaitPattern, Stance, Transition
 
 DIFFERENCE = 1e-6
@@ -53,27 +52,6 @@ def landing_domain(
         signals=ca.Function("landing_signals", [t, x, p], list(recorded.values()), ARGUMENTS, list(recorded)),
         jacobian=_differences(field),
         admissibility=following.admissibility,
-    )
-
-
-def driven_landing_domain(pattern: GaitPattern, control: TorqueLaw, numbers: Numbers, stance: Stance) -> Domain:
-    """Close the loop between landings under a law that has references of its own there.
-
-    Args:
-        pattern: the gait pattern.
-        control: the law.
-        numbers: what it is in this stance.
-        stance: the feet on the ground.
-    """
-    flow = control.landing_flow(pattern.contacts(stance), numbers)
-    return Domain(
-        name=stance.name,
-        field=flow.field,
-        parameters=numbers.parameters,
-        signals=flow.signals,
-        jacobian=flow.jacobian,
-        admissibility=flow.admissibility,
-        breakpoints=numbers.breakpoints,
     )
 
 
