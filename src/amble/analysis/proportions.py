@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import erf, sqrt
 
 import numpy as np
 
@@ -29,29 +29,25 @@ def wilson(successes: int, trials: int, quantile: float = NORMAL_95) -> tuple[fl
     """
     if not 0 <= successes <= trials or trials < 1:
         raise InputError(f"{successes} of {trials} trials is no share")
-    share, z = successes / trials, quantile
-    center = share + z * z / (2.0 * trials)
-    spread = z * sqrt(share * (1.0 - share) / trials + (z / (2.0 * trials)) ** 2)
-    scale = 1.0 + z * z / trials
-    return max(0.0, (center - spread) / scale), min(1.0, (center + spread) / scale)
+    from scipy.stats import binomtest
+
+    found = binomtest(successes, trials).proportion_ci(confidence_level=erf(quantile / sqrt(2.0)), method="wilson")
+    return float(found.low), float(found.high)
 
 
 def falling_share(survived: Vector) -> Vector:
     """Return the most likely chance to survive each trial where a larger size never makes survival likelier, (n,).
 
-    Isotonic regression by pooling neighbours (Ayer and others, Annals of Mathematical Statistics 26, 1955).
+    Isotonic regression (Ayer and others, Annals of Mathematical Statistics 26, 1955).
 
     Args:
         survived: 1 or 0, by ascending size, (n,).
     """
-    pools: list[tuple[float, int]] = []
-    for value in survived:
-        total, count = float(value), 1
-        while pools and pools[-1][0] / pools[-1][1] < total / count:
-            before = pools.pop()
-            total, count = total + before[0], count + before[1]
-        pools.append((total, count))
-    return np.concatenate([np.full(count, total / count) for total, count in pools]) if pools else np.zeros(0)
+    from scipy.optimize import isotonic_regression
+
+    if not len(survived):
+        return np.zeros(0)
+    return np.asarray(isotonic_regression(survived, increasing=False).x, dtype=np.float64)
 
 
 def half_survives(sizes: Sequence[float] | Vector, survived: Sequence[bool] | Vector) -> float | None:
@@ -74,13 +70,9 @@ def half_survives(sizes: Sequence[float] | Vector, survived: Sequence[bool] | Ve
 
 def rank_correlation(first: Sequence[float] | Vector, second: Sequence[float] | Vector) -> float | None:
     """Return Spearman's rank correlation, equal values at their mean rank; None where one of both does not vary."""
-    ranks = [_ranks(np.asarray(values, dtype=np.float64)) for values in (first, second)]
-    if len(ranks[0]) < 2 or not all(np.ptp(values) > 0.0 for values in ranks):
+    from scipy.stats import spearmanr
+
+    one, other = (np.asarray(values, dtype=np.float64) for values in (first, second))
+    if len(one) < 2 or not (np.ptp(one) > 0.0 and np.ptp(other) > 0.0):
         return None
-    return float(np.corrcoef(ranks[0], ranks[1])[0, 1])
-
-
-def _ranks(values: Vector) -> Vector:
-    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
-    last = np.cumsum(counts)
-    return np.asarray((last - 0.5 * (counts - 1))[inverse])
+    return float(spearmanr(one, other).statistic)
