@@ -25,7 +25,6 @@ SLOWEST, FASTEST, PACES, SHIFTS = 0.7, 1.4, 57, 60
 
 FEWEST = 10
 
-
 ENOUGH = 2000
 """Samples on which pace and phase are searched for, before all of them are used."""
 

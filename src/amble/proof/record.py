@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from amble.errors import InputError, shown_path
 from amble.hybrid import HybridSystem
-from amble.io.reader import read_json
+from amble.io.reader import read_text
 from amble.io.storage import atomic_write, dumps
 from amble.proof.arithmetic import decimals
 from amble.proof.basin import Basin
@@ -34,7 +34,7 @@ Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,200}p-?\d{1,5}$")]
 Pair = tuple[Decimal, Decimal]
 
 Steps = Annotated[list[Annotated[Dyadic, Field(pattern=r"^[1-9]")]], Field(max_length=2000)]
-"""Of a domain: positive, and no more than a proof of a gait takes in a day."""
+"""Of a domain: positive; a gait needs about 12, and every one is computed again where a proof is verified."""
 
 
 class _Part(BaseModel):
@@ -157,9 +157,9 @@ def load_proof(path: str | Path) -> Proof:
     Raises:
         InputError: the file is no proof; in one sentence.
     """
-    tree = read_json(path, "proof")
+    text = read_text(path, "proof")
     try:
-        return Proof.model_validate_json(dumps(tree))
+        return Proof.model_validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])

@@ -28,7 +28,7 @@ from pydantic import TypeAdapter, ValidationError
 from amble.errors import InputError, listed, shown, shown_path
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait
-from amble.io.reader import read_json
+from amble.io.reader import read_json, read_text
 from amble.io.storage import atomic_write, dumps
 from amble.report import write_results
 from amble.stability.gait_certificate import certificate_to_dict
@@ -201,10 +201,10 @@ def _entry(path: Path) -> LibraryEntry:
     Raises:
         InputError: it is no record, or of another gait, or says certified without a gait and a certificate.
     """
-    tree, folder = read_json(path, "record of a library"), path.parent.parent
+    text, folder = read_text(path, "record of a library"), path.parent.parent
     what = f"'{shown_path(path)}' is no record of a library"
     try:
-        entry = ENTRY.validate_json(json.dumps(tree), strict=True)
+        entry = ENTRY.validate_json(text, strict=True)
     except ValidationError as error:
         raise InputError(f"{what}: {shown(error.errors()[0]['msg'])}") from None
     numbers = [*entry.values.values(), *entry.seconds.values(), *_floats(entry.numbers)]
