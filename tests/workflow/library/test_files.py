@@ -107,6 +107,14 @@ def test_numbers_are_those_of_the_gait(stabilised_gait: Gait) -> None:
     assert found["cost_of_transport_datasheet"] < found["cost_of_transport_paper"]
 
 
+def test_every_number_of_a_gait_is_read_back(folder: Path, stabilised_gait: Gait) -> None:
+    """The names that amble gives its numbers are names to its own reader."""
+    made = Made(stage="check", reason="no", gait=stabilised_gait, numbers=gait_numbers(stabilised_gait))
+    entry = write_entry(folder, {"speed": 0.1}, None, made)
+    assert read_entry(folder, {"speed": 0.1}) == entry
+    assert entry.numbers["rms_torque_N_m"] > 0
+
+
 def test_maps_are_drawn_of_what_is_certified(folder: Path, unrendered: None) -> None:
     del unrendered
     write_entry(folder, {"speed": 0.1}, None, Made(stage="solve", reason="no"))

@@ -78,7 +78,7 @@ class LibraryEntry:
         return label(self.values)
 
 
-ENTRY, KEY = TypeAdapter(LibraryEntry), re.compile(r"[a-z0-9_]{1,60}")
+ENTRY, KEY = TypeAdapter(LibraryEntry), re.compile(r"[A-Za-z0-9_]{1,60}")
 """What a record holds, and the names of its numbers, which also name files of maps."""
 
 
