@@ -1,43 +1,32 @@
 """Gaits of real robots by default: solved, checked, stabilised, certified, and walked from changed starts.
 
-Rows are fixed in ``rows``. Each is written when it is finished, and a run goes on where one before ended: what
-``fleet.json`` beside the report has from the same release and the same robot is not computed again. Delete it to begin
-afresh.
+Rows are fixed in ``rows``. Each is a process of its own (``fleet_row``) with a limit of processor time, two at a time,
+and is written when it is finished. A run goes on where one before ended: what ``fleet.json`` beside the report has from
+the same release and the same robot is not computed again. Delete it, or rows of it, to have them computed anew.
 """
 
 from __future__ import annotations
 
 import json
-import logging
 import os
+import resource
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 
-from amble.analysis import monitors
 from amble.errors import AmbleError
-from amble.gait import Gait
 from amble.io.storage import atomic_write
-from amble.robot import Robot, load_robot, symmetrized
-from amble.robot.loading import proposed_twins
-from amble.robot.natural_units import natural_units
-from amble.simulation import simulate
-from amble.simulation.simulate import perturbed
-from amble.stability import certify
-from amble.stability.disturbance import SETTLED
-from amble.stability.stabilize import stabilize
-from amble.synthesis import gait_problem, synthesize
-from amble.version import __version__
-from amble.workflow.specified import until_checked
 from benchmarks.figures import Figure, show
+from benchmarks.fleet_row import CYCLES, Row, release
 from benchmarks.report import FOLDER
 from benchmarks.robot_files import FILES
-
-ASYMMETRIC = ("hyq",)
-"""Robots whose files differ by more than is averaged unasked; they ask for symmetrize."""
 
 FOUR = ("trot", "amble", "pace", "bound", "walk", "crawl", "running trot")
 PRONKING = ("go2", "solo12")
@@ -46,72 +35,8 @@ QUICK, QUICK_ROBOTS = ("trot", "amble"), ("go2", "a1", "solo12", "anymal_b", "an
 SPEEDS = (0.1, 0.2)
 """Shares of sqrt(g l), l the leg length."""
 
-CYCLES, CHANGE = 500, 1e-3
-"""Of the walk, and of its start in lengths l and times sqrt(l / g)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Row:
-    """What became of one gait.
-
-    Attributes:
-        robot: name of the robot.
-        gait: name of the gait.
-        share: speed asked for, as a share of sqrt(g l).
-        release: of amble, and the hash of the robot.
-        speed: m/s.
-        status: what the solver or a refusal says.
-        solved: whether it was solved.
-        iterations: of the solver.
-        check: whether it passes its check, and how.
-        passed: whether it passes.
-        stability: radius before and after, or why it is not stabilised or certified.
-        certified: whether there is a certificate.
-        walk: how the walk from a changed start ended.
-        walked: whether it made all cycles with sound contacts.
-        seconds: of processor time, of it all.
-    """
-
-    robot: str
-    gait: str
-    share: float
-    release: str = ""
-    speed: float = 0.0
-    status: str = ""
-    solved: bool = False
-    iterations: int = 0
-    check: str = ""
-    passed: bool = False
-    stability: str = ""
-    certified: bool = False
-    walk: str = ""
-    walked: bool = False
-    seconds: float = 0.0
-
-
-@lru_cache(maxsize=32)
-def robot(name: str) -> Robot:
-    """Load a robot of the fleet.
-
-    Raises:
-        InputError: its file is not there.
-    """
-    from amble.robot import catalogue
-
-    if name == "astro":
-        return catalogue.load(name)
-    if name == "hexapod":
-        from tests.robots import hexapod
-
-        model = hexapod()
-        return replace(model, twins=proposed_twins(model.foot_names))
-    if name == "planar biped":
-        from tests.robots import PLANAR, robot
-
-        return robot(PLANAR)
-    file = FILES[name]
-    found = load_robot(file.place(), file.feet, name=name)
-    return symmetrized(found) if name in ASYMMETRIC else found
+LIMIT = 300
+"""Processor time that a row may take, s; what it reached by then stands in the table."""
 
 
 def rows(quick: bool = False) -> list[Row]:
@@ -126,89 +51,63 @@ def rows(quick: bool = False) -> list[Row]:
     ]
 
 
-def computed(row: Row, whole: bool = True) -> Row:
-    """Return a row with everything computed; what fails ends it, with its reason.
+def in_process(row: Row, folder: Path, whole: bool = True) -> Row:
+    """Compute a row in a process of its own; where that ends early, the row is as far as it came.
 
     Args:
-        row: a row of ``rows``.
+        row: of the table.
+        folder: where its gaits are written.
         whole: whether to stabilise, certify and walk what passes its check.
     """
-    began = _processor_time()
-    try:
-        walker = robot(row.robot)
-        speed = round(row.share * float(np.sqrt(walker.gravity * walker.leg_length)), 3)
-        row = replace(row, speed=speed, release=_release(row.robot))
-        problem = gait_problem(walker, row.gait, speed=speed)
-        gait = synthesize(problem)
-    except AmbleError as error:
-        return replace(row, status=_first(error), seconds=_processor_time() - began)
-    row = replace(row, status=gait.solver.status, solved=True, iterations=gait.solver.iterations)
-    checked = until_checked(problem, gait)
-    said = f"{checked.factor * problem.intervals} intervals" if checked.passed else "; ".join(_kinds(checked.report))
-    row = replace(row, check=said or "not computed", passed=checked.passed)
-    if whole and checked.passed:
-        row = _walked(row, checked.gait)
-    return replace(row, seconds=_processor_time() - began)
+    folder.mkdir(parents=True, exist_ok=True)
+    options = [] if whole else ["--checked"]
+    command = [sys.executable, "-m", "benchmarks.fleet_row", row.robot, row.gait, f"{row.share:g}", str(folder)]
+    ended = subprocess.run(
+        [*command, *options],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        preexec_fn=partial(resource.setrlimit, resource.RLIMIT_CPU, (LIMIT, LIMIT + 10)),
+        check=False,
+    )
+    told = [Row(**json.loads(line)) for line in ended.stdout.splitlines() if line.startswith("{")]
+    last = told[-1] if told else replace(row, status="not begun")
+    if ended.returncode > 0:  # no fault of the limit: the last line of the error says what it was
+        said = ended.stderr.strip().splitlines()[-1:] or ["no reason"]
+        return replace(last, release=last.release or "failed", walk=f"{last.walk} ({said[0]})".strip())
+    return replace(last, seconds=float(LIMIT)) if ended.returncode else last
 
 
-def _walked(row: Row, gait: Gait) -> Row:
-    """Stabilise, certify, and walk from a start in which every state is changed."""
-    try:
-        stable = stabilize(gait)
-        certificate = certify(stable)
-    except AmbleError as error:
-        return replace(row, stability=_first(error))
-    row = replace(row, stability=f"{certificate.radius:.3f}", certified=True)
-    units = natural_units(gait.robot, gait.robot.leg_length)
-    start = certificate.state + units * perturbed(np.zeros(units.size), CHANGE, 0)
-    try:
-        trace = simulate(stable, start, CYCLES)
-        report = monitors(stable, trace)
-    except AmbleError as error:
-        return replace(row, walk=_first(error))
-    sound = trace.completed and report.sound_from is not None and report.sound_from <= SETTLED
-    reason = trace.ended if not trace.completed else "sound" if sound else "contacts are not sound"
-    return replace(row, walk=f"{trace.cycles} cycles, {reason}", walked=sound)
-
-
-def _processor_time() -> float:
-    """Of this process and of the compilers that it has waited for, s."""
-    return sum(os.times()[:4])
-
-
-def _release(name: str) -> str:
-    return f"{__version__} {robot(name).hash[:12]}"
-
-
-def _first(error: AmbleError) -> str:
-    return str(error).splitlines()[0]
-
-
-def resumed(asked: Sequence[Row], place: Path, compute: Callable[[Row], Row] = computed) -> list[Row]:
+def resumed(asked: Sequence[Row], place: Path, compute: Callable[[Row], Row], workers: int = 1) -> list[Row]:
     """Compute rows that a file does not hold yet; the file is written after every one.
 
     Args:
         asked: rows of ``rows``.
         place: the file.
         compute: what computes a row.
+        workers: how many rows at a time.
     """
     known = [Row(**entry) for entry in json.loads(place.read_text())] if place.exists() else []
-    done = {(row.robot, row.gait, row.share): row for row in known if _current(row)}
-    found = []
-    for row in asked:
-        key = (row.robot, row.gait, row.share)
-        if key not in done:
-            done[key] = compute(row)
-            atomic_write(place, json.dumps([asdict(entry) for entry in done.values()], indent=1) + "\n")
-        found.append(done[key])
-        print(_line(found[-1]), flush=True)
-    return found
+    done = {row.key: row for row in known if _current(row)}
+    lock = Lock()
+
+    def one(row: Row) -> Row:
+        if row.key not in done:
+            found = compute(row)
+            with lock:
+                done[row.key] = found
+                atomic_write(place, json.dumps([asdict(entry) for entry in done.values()], indent=1) + "\n")
+        print(_line(done[row.key]), flush=True)
+        return done[row.key]
+
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(one, asked))
 
 
 def _current(row: Row) -> bool:
     """Whether a row that was computed before is of this release and this robot."""
     try:
-        return row.release == _release(row.robot)
+        return row.release == release(row.robot)
     except AmbleError:
         return False
 
@@ -219,13 +118,10 @@ def measure(quick: bool = False) -> list[Figure]:
     Args:
         quick: trot and amble of six robots only, without stability.
     """
-    logging.getLogger("amble").setLevel(logging.ERROR)
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    if quick:
-        found = resumed(rows(quick=True), FOLDER / "fleet-quick.json", lambda row: computed(row, whole=False))
-    else:
-        found = resumed(rows(), FOLDER / "fleet.json")
-    (FOLDER / "fleet.md").write_text(table(found))
+    name = "fleet-quick" if quick else "fleet"
+    compute = partial(in_process, folder=FOLDER / name, whole=not quick)
+    found = resumed(rows(quick), FOLDER / f"{name}.json", compute, workers=2)
+    atomic_write(FOLDER / f"{name}.md", table(found))
     counts = {what: sum(getattr(row, what) for row in found) for what in ("solved", "passed", "certified", "walked")}
     figures = [
         Figure("gaits of the fleet solved", float(counts["solved"]), "", note=f"of {len(found)}"),
@@ -252,18 +148,6 @@ def _line(row: Row) -> str:
     check = "" if not row.solved else f"passes, {row.check}" if row.passed else f"fails: {row.check}"
     cells = (row.robot, row.gait, f"{row.speed:g}", row.status, str(row.iterations or ""), check)
     return f"| {' | '.join((*cells, row.stability, row.walk, f'{row.seconds:.0f}'))} |"
-
-
-def _kinds(report: object) -> list[str]:
-    from amble.residual import worst_first
-    from amble.verification.residuals import CheckReport
-
-    if not isinstance(report, CheckReport):
-        return []
-    worst: dict[str, str] = {}
-    for failed in worst_first(report.failed):
-        worst.setdefault(failed.kind, f"{failed.kind} by {failed.violation:.1e}")
-    return list(worst.values())
 
 
 def main(quick: bool = False) -> None:

@@ -10,8 +10,9 @@ import pytest
 from amble.hybrid import FLAT, POINT
 from amble.hybrid.gaits import GAITS
 from amble.version import __version__
-from benchmarks import fleet, robot_files
-from benchmarks.fleet import Row, resumed, rows, table
+from benchmarks import fleet, fleet_row, robot_files
+from benchmarks.fleet import in_process, resumed, rows, table
+from benchmarks.fleet_row import Row, robot
 from benchmarks.robot_files import FILES
 
 
@@ -27,7 +28,7 @@ def test_rows_are_fixed_and_different() -> None:
 
 
 def test_an_interrupted_run_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fleet, "_release", lambda name: f"{__version__} of {name}")
+    monkeypatch.setattr(fleet, "release", lambda name: f"{__version__} of {name}")
     place, computed = tmp_path / "fleet.json", list[str]()
 
     def compute(row: Row) -> Row:
@@ -45,30 +46,39 @@ def test_an_interrupted_run_goes_on_where_it_ended(tmp_path: Path, monkeypatch: 
     assert computed == ["pace"]
     assert [row.gait for row in found] == ["trot", "amble", "pace"]
     assert table(found).count("\n") == 5
-    monkeypatch.setattr(fleet, "_release", lambda name: f"later than {name}")
+    monkeypatch.setattr(fleet, "release", lambda name: f"later than {name}")
     computed[:] = []
     with pytest.raises(KeyboardInterrupt):
         resumed(asked, place, compute)
     assert computed == ["trot", "amble"]  # rows of another release are computed again
 
 
-def test_a_row_whose_wheel_is_missing_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_row_whose_wheel_is_missing_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(FILES, "vision60", replace(FILES["vision60"], wheel="no-such-wheel"))
     monkeypatch.setitem(robot_files.HOME, "no-such-wheel", "")
-    fleet.robot.cache_clear()
-    found = fleet.computed(Row(robot="vision60", gait="trot", share=0.1))
-    fleet.robot.cache_clear()
+    robot.cache_clear()
+    found = fleet_row.computed(Row(robot="vision60", gait="trot", share=0.1), tmp_path)
+    robot.cache_clear()
     assert not found.solved
     assert found.status == "the wheel no-such-wheel is not installed"
+
+
+def test_a_row_that_takes_too_long_is_as_far_as_it_came(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Imports alone take longer than a second of processor time."""
+    monkeypatch.setattr(fleet, "LIMIT", 1)
+    found = in_process(Row(robot="astro", gait="trot", share=0.1), tmp_path)
+    assert not found.solved
+    assert found.status in ("not begun", "not solved in time")
+    assert found.seconds == 1.0
 
 
 def test_every_robot_of_a_file_loads() -> None:
     for name, file in FILES.items():
         if not file.absent:
-            assert fleet.robot(name).foot_names == tuple(file.feet)
+            assert robot(name).foot_names == tuple(file.feet)
 
 
 def test_the_hexapod_has_its_gait() -> None:
-    pattern = GAITS["tripod"](fleet.robot("hexapod"), FLAT, POINT)
+    pattern = GAITS["tripod"](robot("hexapod"), FLAT, POINT)
     assert pattern.mirrored
     assert [len(stance.feet) for stance in pattern.solved] == [3]
