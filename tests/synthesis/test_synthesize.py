@@ -17,16 +17,17 @@ from amble.gait import Gait, SolverReport
 from amble.gait.files import load_gait, save_gait
 from amble.hybrid import Plane, gait_pattern
 from amble.progress import ProgressReport
-from amble.robot import catalogue
+from amble.robot import Adaptation, Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.layout import build_layout
-from amble.synthesis.program import GaitProgram
+from amble.synthesis.program import GaitProgram, build_program, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import SOLVERS, Solution, Start, ipopt
 from amble.synthesis.synthesize import GaitNotSolvedError, regular_outputs, require_possible
 from amble.verification.check import check
+from tests import quadruped
 from tests.robots import ROBOTS, robot
 
 EXACT = ("acceleration", "torque", "force", "dynamics", "law", "guard", "impact", "continuity", "periodicity", "clock")
@@ -44,6 +45,37 @@ def test_problems_by_default_are_possible(name: str, caplog: pytest.LogCaptureFi
     caplog.clear()
     require_possible(problem)
     assert not caplog.records
+
+
+@pytest.fixture(scope="module")
+def sagittal(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    """A quadruped whose legs move fore, aft, up and down only."""
+    file = quadruped.write(tmp_path_factory.mktemp("sagittal"))
+    held = {f"{leg}_hx": 0.0 for leg in quadruped.PLACES}
+    return load_robot(file, quadruped.FEET, adaptation=Adaptation(locked=held))
+
+
+@pytest.mark.parametrize(("gait", "feet"), [("walk", "fr, rl, rr"), ("bound", "fl, fr"), ("crawl", "fl, fr, rl, rr")])
+def test_stances_that_legs_without_sideways_joints_cannot_hold_are_refused(
+    sagittal: Robot, gait: str, feet: str
+) -> None:
+    """Feet at the same x hold their distance along y whatever the joints do; so do three feet (y and yaw are two)."""
+    with pytest.raises(InputError, match=rf"cannot stand on {feet} .*\b[fr][lr] y, [fr][lr] y depend on each other"):
+        synthesize(gait_problem(sagittal, gait, speed=0.2))
+
+
+def test_rows_that_are_no_numbers_are_named(sagittal: Robot) -> None:
+    """Outputs that cannot be decoupled divide by zero; a program may be built of them without ``synthesize``."""
+    problem = gait_problem(sagittal, "bound", speed=0.2, intervals=4)
+    program = build_program(problem)
+    with pytest.raises(NotSolvedError, match="no numbers") as caught:
+        require_full_rank(program, initial_guess(problem, program.layout) / program.layout.scale)
+    assert "law" in caught.value.rows[0].name
+
+
+@pytest.mark.parametrize("gait", ["trot", "pace", "amble"])
+def test_two_feet_one_behind_the_other_stand(sagittal: Robot, gait: str) -> None:
+    require_possible(gait_problem(sagittal, gait, speed=0.2))
 
 
 def test_a_slope_is_possible() -> None:

@@ -17,7 +17,10 @@ from amble.robot.mirror import SignedPermutation
 from amble.types import frozen
 
 RANK_TOLERANCE = 1e-9
-"""Singular values below this share of the largest count as zero in the rank of a grasp map."""
+"""Singular values below this share of the largest count as zero in the rank of a grasp map or a contact Jacobian."""
+
+SHARE = 1e-3
+"""Weight of a row in a dependence, from which it is named."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,16 @@ class Contacts:
         """Return the stacked constraint Jacobian J, (n_f, n_q)."""
         rows = [self.contact.jacobian(self.robot, foot, self.ground, q) for foot in self.feet]
         return ca.vertcat(*rows, ca.SX(0, self.robot.size))
+
+    def dependent(self, q: tuple[float, ...]) -> tuple[str, ...]:
+        """Return the constraint rows that depend on each other at a configuration, as labels; none where J has rank n_f.
+
+        Lengths are measured in leg lengths, so that a robot's size does not matter.
+
+        Args:
+            q: coordinates, (n_q,).
+        """
+        return _dependent(self, q)
 
     def bias(self, q: ca.SX, v: ca.SX) -> ca.SX:
         """Return the stacked (dJ/dt) v, (n_f,)."""
@@ -165,3 +178,16 @@ def _internal_force_count(contacts: Contacts) -> int:
     feet = [points[3 * i : 3 * i + 3] for i in range(len(contacts.feet))]
     values = np.linalg.svd(np.asarray(ca.DM(grasp_map(wrenches, feet)).full()), compute_uv=False)
     return int(contacts.size - np.sum(values > RANK_TOLERANCE * values[0]))
+
+
+@lru_cache(maxsize=256)
+def _dependent(contacts: Contacts, q: tuple[float, ...]) -> tuple[str, ...]:
+    if not contacts.feet:
+        return ()
+    jacobian = np.array(ca.DM(contacts.jacobian(ca.SX(ca.DM(q)))).full())
+    jacobian[:, len(contacts.robot.base.axes) :] /= contacts.robot.leg_length
+    left, values, _ = np.linalg.svd(jacobian)
+    null = left[:, np.append(values, np.zeros(len(left) - len(values))) <= RANK_TOLERANCE * values[0]]
+    return tuple(
+        label for label, row in zip(contacts.labels, null, strict=True) if np.abs(row).max(initial=0.0) > SHARE
+    )

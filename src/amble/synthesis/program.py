@@ -140,6 +140,7 @@ def smallest_singular_value(program: GaitProgram, variables: NDArray[np.float64]
     """Return the smallest singular value of the normalised equality Jacobian and its left singular vector.
 
     By inverse iteration on J J^T with a sparse factor; at most a second where a dense decomposition takes minutes.
+    Where rows are no numbers it is nan, and the vector marks those rows.
 
     Args:
         program: the transcribed problem.
@@ -152,6 +153,8 @@ def smallest_singular_value(program: GaitProgram, variables: NDArray[np.float64]
     _, whole = nlp.linearised(variables, program.parameters)
     free = program.lower < program.upper
     equal = whole[nlp.equalities][:, free]
+    if not np.isfinite(equal.data).all():
+        return float("nan"), np.asarray(~np.isfinite(equal.sum(axis=1))).ravel().astype(float)
     lengths = np.sqrt(np.asarray(equal.multiply(equal).sum(axis=1)).ravel())
     normal = diags(1.0 / np.maximum(lengths, 1e-300)) @ equal
     gram = (normal @ normal.T + SHIFT * identity(normal.shape[0])).tocsc()
@@ -194,7 +197,7 @@ def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> f
     phase of the configuration.
 
     Raises:
-        NotSolvedError: names the rows that depend on each other.
+        NotSolvedError: names the rows that depend on each other, or that are no numbers.
     """
     direction = np.random.default_rng(1).uniform(-1.0, 1.0, variables.size)
     inside = np.clip(variables, program.lower, program.upper)  # as the solver's start; far outside all rows look alike
@@ -205,5 +208,7 @@ def require_full_rank(program: GaitProgram, variables: NDArray[np.float64]) -> f
     nlp = program.program
     names = np.array(nlp.row_names)[nlp.equalities]
     worst = np.argsort(-np.abs(vector))[:8]
-    rows = [Residual(f"{names[i]} (weight {vector[i]:.2f})", 0.0, 0.0, 0.0) for i in worst]
+    rows = [Residual(f"{names[i]} (weight {vector[i]:.2f})", 0.0, 0.0, 0.0) for i in worst if vector[i]]
+    if np.isnan(value):
+        raise NotSolvedError("slopes of equality rows are no numbers where the solver starts", rows)
     raise NotSolvedError(f"equality rows depend on each other (smallest singular value {value:.1e})", rows)

@@ -11,7 +11,7 @@ import numpy as np
 from amble.amounts import check_amount
 from amble.control import DomainOutputs, Outputs
 from amble.control.outputs import least_share, left_out_along
-from amble.errors import InputError, NotSolvedError, printable
+from amble.errors import InputError, NotSolvedError, listed, printable
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
 from amble.robot.kinematics import foot_position
@@ -34,7 +34,8 @@ def require_possible(problem: GaitProblem) -> None:
     """Refuse a problem that cannot have a solution or a start; log what is odd about its robot and posture.
 
     Raises:
-        InputError: the base must keep higher than legs are long, or feet are far off the ground at the posture.
+        InputError: the base must keep higher than legs are long, feet are far off the ground at the posture, or the
+            legs cannot move the feet of a stance against each other.
     """
     robot, limits = problem.pattern.robot, problem.limits
     lowest = limits.positions.get("z", (-np.inf, np.inf))[0]
@@ -44,6 +45,7 @@ def require_possible(problem: GaitProblem) -> None:
             f"{robot.leg_length:.3g} m"
         )
     _require_feet_near_ground(problem)
+    _require_free_legs(problem)
     for doubt in (*doubts(robot), *_outside(problem)):
         logger.warning("%s", printable(doubt))
 
@@ -64,6 +66,20 @@ def _require_feet_near_ground(problem: GaitProblem) -> None:
             f"at the posture foot '{foot}' is {heights[foot]:.3g} m above the ground; with these angles the height of "
             f"the posture would be about {fitting:.3g} m"
         )
+
+
+def _require_free_legs(problem: GaitProblem) -> None:
+    """Refuse a stance in which contacts depend on each other: no torque determines the forces along such directions."""
+    pattern = problem.pattern
+    q = problem.posture.coordinates(pattern.robot)
+    for stance in pattern.solved:
+        tied = pattern.contacts(stance).dependent(tuple(map(float, q)))
+        if tied:
+            raise InputError(
+                f"robot '{pattern.robot.name}' cannot stand on {', '.join(stance.feet)} (stance '{stance.name}'): its "
+                f"legs have no joints that move these feet against each other, so that {listed(tied)} "
+                "depend on each other and no torque determines the forces there; choose a gait on other feet"
+            )
 
 
 def _outside(problem: GaitProblem) -> list[str]:
