@@ -85,7 +85,7 @@ class Contacts:
         return ca.vertcat(*rows, ca.SX(0, self.robot.size))
 
     def dependent(self, q: tuple[float, ...]) -> tuple[str, ...]:
-        """Return the constraint rows that depend on each other at a configuration, as labels; none where J has rank n_f.
+        """Return the labels of constraint rows that depend on each other at a configuration; none where J has rank n_f.
 
         Lengths are measured in leg lengths, so that a robot's size does not matter.
 
