@@ -163,7 +163,7 @@ class Impedance(TorqueLaw):
                 raise UnknownNameError(f"joint with a {what} of its own", key.partition(" ")[2], joints)
 
     def landing_numbers(self, gait: Gait, allocation: AllocationLaw | None) -> Mapping[str, Numbers]:
-        """Reach on for the ground between two landings (docs/theory/impedance.md, eq. 8).
+        """Reach on for the ground between two landings (docs/theory/impedance.md, eq. 9).
 
         The references begin where the orbit is when all feet land at once and go on at the rates that the impact of the
         feet that have landed leaves there; the feed-forward is that of the orbit's next stance, and of legs that have

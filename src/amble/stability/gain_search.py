@@ -66,8 +66,10 @@ class GainMap:
         return found * self.values
 
     def conditioning(self) -> tuple[float, Vector]:
-        """Zero: torques need no decoupling."""
-        return 0.0, np.zeros(self.values.size)
+        """What a change of the gains costs: the sum of squares of its logarithms; torques need no decoupling."""
+        start = self.search.values(np.zeros(self.values.size))
+        theta: Vector = np.log(self.values / start)
+        return float(theta @ theta), 2.0 * theta
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +91,6 @@ class GainSearch:
     orbit: Orbit
 
     largest = LARGEST_CHANGE
-    price = 0.0
 
     @classmethod
     def of(cls, gait: Gait) -> GainSearch:
@@ -191,10 +192,10 @@ class GainSearch:
             drift=drift,
         )
 
-    def around(self, there: Closed) -> GainSearch:
-        """Go on from a closed loop; the orbit stays, and gains keep their bounds."""
-        del there
-        return self
+    def radius(self, theta: Vector) -> float:
+        """Return the spectral radius of a gait cycle on the stored orbit, the largest of all orders of landing."""
+        sizes = [float(np.abs(np.linalg.eigvals(matrix)).max()) for matrix in self.evaluate(theta).matrices]
+        return max(sizes) ** (2 if self.gait.pattern.mirrored else 1)
 
     def pulls(self, theta: Vector) -> dict[str, float]:
         """Return by how much every gain would change log r: label -> size of the slope."""

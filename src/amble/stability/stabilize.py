@@ -13,6 +13,7 @@ from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability.gain_search import GainSearch
+from amble.stability.nearest_gains import nearest_gains
 from amble.stability.search_start import NEAR, WHOLE, Descents, begin
 from amble.stability.weight_search import CHEAPEST, Closed, WeightSearch, least_bound
 from amble.types import Vector
@@ -20,10 +21,9 @@ from amble.types import Vector
 SHARES = (1.0, 0.25, 0.0625)
 """Parts of the way to new weights that are tried."""
 
-SMALLEST_GAIN = 0.1
-
-TARGET = 0.95
-"""Spectral radius of a gait cycle above which more weights are freed, where nobody says which are."""
+TARGET, SMALLEST_GAIN = 0.95, 0.1
+"""Spectral radius of a gait cycle above which more weights are freed, where nobody says which are, or gains changed;
+share of the bound that a descent has to gain for another to follow."""
 
 FLAT = 1e-6
 """Slope, by the steepest, of weights that do not matter: those on outputs that are controlled anyway have none."""
@@ -110,23 +110,21 @@ def stabilization(
 ) -> Stabilized:
     """Stabilise a gait's orbit by weights on the outputs, y = H (y_a - y_d), or by the gains of its control law.
 
-    Under a ``TorqueLaw`` such as ``Impedance`` its gains are free, each within a factor of 4 of where it starts.
+    Gains of a ``TorqueLaw`` such as ``Impedance`` change as little as leads to ``TARGET`` (``nearest_gains``).
 
-    The contraction bound of the return map is minimised (``least_bound``) on the closed loop's orbit, and again on its
-    own orbit under the weights found, until that gains less than 10 %. Where nobody says which weights are free, those
-    of the base are first; while the spectral radius stays above ``TARGET``, the joints in which the bound is steepest
-    are freed as well, ``FREED`` at a time, and the descent goes on from where it stands, until no other weight matters.
-    Where the orbit would stay unstable so, ill-conditioned outputs are priced less, down to ``CHEAPEST``.
+    For weights the contraction bound of the return map is minimised (``least_bound``) on the closed loop's orbit, and
+    again on that under the weights found, until that gains less than 10 %. Where nobody says which are free, those of
+    the base are first; while the spectral radius stays above ``TARGET``, the joints in which the bound is steepest are
+    freed as well, until no other weight matters. Where the orbit would stay unstable so, ill-conditioned outputs are
+    priced less, down to ``CHEAPEST``.
 
     Args:
         gait: the gait; feedback that it already has is replaced.
-        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free, by default growing;
-            of no account for gains.
+        free: coordinates among roll, pitch, yaw and the joints whose columns of H are free, by default growing.
         method: what chooses the parameters; there is one, the paper's "bilinear".
         progress: called with every accepted step, and between them.
-        near: a stabilised gait of the same stances and outputs, such as that of a speed a little less. Its weights or
-            gains are the start of a short descent, or a few (``search_start.NEAR``); whole ones follow only where those
-            leave a radius above ``TARGET``. Where the closed loop has no orbit under them, all begins without them.
+        near: a stabilised gait of the same stances and outputs, such as that of a speed a little less: its weights or
+            gains are the start, and short descents are tried first. Without an orbit under them all begins anew.
 
     Raises:
         InputError: feet land one by one in too many orders, the gait turns, or the law has no gains to choose.
@@ -134,31 +132,33 @@ def stabilization(
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
     """
-    began = time.perf_counter()
+    began, notify = time.perf_counter(), progress or silent
     _require_stabilizable(gait, method)
-    notify = progress or silent
     notify(ProgressReport(what="orbit of the closed loop"))
     start = begin(gait, free, near)
     search, here, freed, descents = start.search, start.closed, start.free, start.descents
     steps, reasons = [_step(0, here, here, began)], list[str]()
     notify(_report(steps[0]))
+    if isinstance(search, GainSearch):
+        there, reason = nearest_gains(search, here, TARGET, notify)
+        steps += [_step(1, there, here, began)] if there is not here else []
+        return _result(search, there, steps, [reason], freed, began)
     while True:
         search, here = _descended(search, here, steps, reasons, began, notify, descents)
         if descents is NEAR and here.radius > TARGET:
             descents = WHOLE
             continue
-        if isinstance(search, GainSearch) or free is not None or here.radius <= TARGET:
+        if free is not None or here.radius <= TARGET:
             break
         more = _steepest(search, here, freed)
-        if not more and here.radius >= 1.0 and search.price > CHEAPEST:
+        if not more:
+            if here.radius < 1.0 or search.price <= CHEAPEST:
+                break
             search = _cheaper(search, here, reasons, notify)
             continue
-        if not more:
-            break
         reasons[-1] += f" (spectral radius {here.radius:.4g} with {', '.join(freed)} free)"
-        freed = (*freed, *more)
         notify(ProgressReport(what=f"weights of {', '.join(more)} are freed"))
-        search = search.freeing(here, freed)
+        search, freed = search.freeing(here, (*freed, *more)), (*freed, *more)
         here = replace(here, theta=np.zeros(search.size))
     return _result(search, here, steps, reasons, freed, began)
 
@@ -192,14 +192,14 @@ def _require_stabilizable(gait: Gait, method: str) -> None:
 
 
 def _descended(
-    search: WeightSearch | GainSearch,
+    search: WeightSearch,
     here: Closed,
     steps: list[Step],
     reasons: list[str],
     began: float,
     notify: Progress,
     descents: Descents,
-) -> tuple[WeightSearch | GainSearch, Closed]:
+) -> tuple[WeightSearch, Closed]:
     """Descend in what is free; steps, and in one sentence why it stopped, are added to what is handed in."""
     refusals: list[str] = []
     reason = f"{descents.rounds} descents done"
@@ -240,7 +240,7 @@ def _steepest(search: WeightSearch, here: Closed, freed: Sequence[str]) -> tuple
 
 
 def _improved(
-    search: WeightSearch | GainSearch,
+    search: WeightSearch,
     here: Closed,
     largest: float,
     notify: Progress,
@@ -290,15 +290,16 @@ def _report(step: Step) -> ProgressReport:
 def _explanation(search: WeightSearch | GainSearch, here: Closed, free: Sequence[str], reason: str) -> str:
     """Say what limits the bound: by how much a weight on each coordinate, or a gain, would change it, best first."""
     effect = search.pulls(here.theta)
+    steepest = sorted(effect, key=lambda name: -effect[name])
+
+    def told(names: Sequence[str]) -> str:
+        return ", ".join(f"{name} ({effect[name]:.2g})" for name in names)
+
     stays = f"the orbit stays unstable: best spectral radius of a gait cycle {here.radius:.4g} ({reason}); "
     if isinstance(search, GainSearch):
-        strongest = sorted(effect, key=lambda name: -effect[name])[:6]
-        slopes = ", ".join(f"{name} ({effect[name]:.2g})" for name in strongest)
-        return f"{stays}slope of the logarithm of its bound in the logarithms of the gains: {slopes}"
-    others = sorted((name for name in effect if name not in free), key=lambda name: -effect[name])[:3]
-    limiting = ", ".join(f"{name} ({effect[name]:.2g})" for name in free)
-    helpful = ", ".join(f"{name} ({effect[name]:.2g})" for name in others)
+        return f"{stays}slope of the logarithm of its bound in the logarithms of the gains: {told(steepest[:6])}"
+    others = [name for name in steepest if name not in free][:3]
     return (
-        f"{stays}slope of the logarithm of its bound in the weights that were free: {limiting}; "
-        f"in those that were not: {helpful}"
+        f"{stays}slope of the logarithm of its bound in the weights that were free: {told(free)}; "
+        f"in those that were not: {told(others)}"
     )
