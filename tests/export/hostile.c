@@ -60,7 +60,11 @@ int main(void) {
       for (i = 0; i < AMBLE_COORDINATES; i++) q[i] = drawn();
       for (i = 0; i < AMBLE_COORDINATES; i++) qd[i] = drawn();
       t = uniform() < 0.001 ? drawn() : (isfinite(t) ? t : 0.0) + (isfinite(step) ? step : 0.0);
-      status = amble_step(&c, t, q, qd, contact, torque, force);
+      if (uniform() < 0.1) {
+        status = amble_watchdog(&c, t, qd, torque, force);
+      } else {
+        status = amble_step(&c, t, q, qd, contact, torque, force);
+      }
       if (status & AMBLE_FALLBACK) fell_back++;
 #endif
       if (!(status & ~(unsigned)(AMBLE_SATURATED | 2 | AMBLE_LATE | AMBLE_CONTACT_FLAGS))) sound++;

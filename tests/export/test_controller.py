@@ -15,7 +15,7 @@ from amble.codegen import compiler
 from amble.control import AllocationLaw, BoundedMinimumNorm, PseudoInverse
 from amble.errors import InputError
 from amble.export import Exported, export_controller
-from amble.export.law import torque_limits
+from amble.export.law import speed_limits, torque_limits
 from amble.export.vectors import (
     BAD_CLOCK,
     CONTACT_FLAGS,
@@ -26,6 +26,7 @@ from amble.export.vectors import (
     OK,
     RANK_LOST,
     SATURATED,
+    SILENT,
 )
 from amble.gait import Gait
 from amble.gait.files import load_gait
@@ -120,6 +121,7 @@ class Controller:
         self.library = ctypes.CDLL(str(library))
         self.library.amble_enter.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double)
         self.library.amble_step.argtypes = (ctypes.c_void_p, ctypes.c_double, *[ctypes.c_void_p] * 5)
+        self.library.amble_watchdog.argtypes = (ctypes.c_void_p, ctypes.c_double, *[ctypes.c_void_p] * 3)
         self.library.amble_step.restype = self.library.amble_enter.restype = ctypes.c_uint
         self.memory = ctypes.create_string_buffer(1 << 16)  # room for the struct
         self.torques, self.forces = np.zeros(12), np.zeros(12)
@@ -140,6 +142,10 @@ class Controller:
         contact = np.array(feet, dtype=np.uint8)
         arrays = (np.ascontiguousarray(q), np.ascontiguousarray(v), contact, self.torques, self.forces)
         return int(self.library.amble_step(self.memory, time, *(array.ctypes.data for array in arrays)))
+
+    def silence(self, time: float, v: np.ndarray) -> int:
+        arrays = (np.ascontiguousarray(v), self.torques, self.forces)
+        return int(self.library.amble_watchdog(self.memory, time, *(array.ctypes.data for array in arrays)))
 
 
 @pytest.fixture(scope="module")
@@ -287,6 +293,53 @@ def test_torques_are_cut_to_their_limits(gait: Gait, controller: Controller) -> 
     limit = torque_limits(gait)
     assert np.all(np.abs(controller.torques) <= limit)
     assert np.any(np.abs(controller.torques) == limit)
+
+
+def test_a_fast_motor_pushes_less(gait: Gait, exported: Exported, controller: Controller) -> None:
+    """The line of torque over speed, and the whole limit for braking; against the same rule in numpy."""
+    tool = compiler()
+    assert tool is not None
+    slow = [tool.path, *STRICT, "-fPIC", "-DAMBLE_CORNER=0.1", "-c", "amble_controller.c", "-o", "slow.o"]
+    subprocess.run(slow, cwd=exported.folder, check=True)
+    laws = [name for name in objects(exported) if name != "amble_controller.o"]
+    subprocess.run([tool.path, "-shared", "-o", "slow.so", "slow.o", *laws, "-lm"], cwd=exported.folder, check=True)
+    other, generator = Controller(exported.folder / "slow.so"), np.random.default_rng(2)
+    torque, speed, cut = torque_limits(gait), speed_limits(gait), 0
+    time, q, v = node(gait, 0, 5)
+    for _ in range(100):
+        rate = v.copy()
+        rate[6:] += generator.uniform(-1.0, 1.0, 12) * speed
+        for one in (controller, other):
+            one.enter(0, 0.0)
+        whole = controller.step(time, q, rate, down(gait, 0)) & SATURATED
+        status = other.step(time, q, rate, down(gait, 0)) & SATURATED
+        falling = torque * np.clip((1.0 - np.abs(rate[6:]) / speed) / 0.9, 0.0, 1.0)
+        limit = np.where(controller.torques * rate[6:] > 0.0, falling, torque)
+        np.testing.assert_allclose(other.torques, np.clip(controller.torques, -limit, limit), rtol=1e-12, atol=1e-12)
+        beyond = int(np.sum(np.abs(controller.torques) > limit))
+        assert bool(status) == bool(whole or beyond)
+        cut += beyond
+    assert cut > 20
+
+
+def test_the_watchdog_lets_go_of_a_silent_robot(gait: Gait, controller: Controller) -> None:
+    assert gait.feedback is not None
+    longest = 0.25 * min(gait.feedback.durations.values())
+    time, q, v = node(gait, 0, 5)
+    controller.enter(0, 0.0)
+    controller.step(time, q, v, down(gait, 0))
+    torques = controller.torques.copy()
+    assert controller.silence(time + 0.9 * longest, v) == OK
+    assert np.array_equal(controller.torques, torques)
+    assert controller.step(time + 0.9 * longest, q, v, down(gait, 0)) & BAD_CLOCK == 0
+    assert controller.silence(time + 1.8 * longest, v) == OK  # a step starts the time again
+    assert controller.silence(time + 2.0 * longest, v) == SILENT
+    assert np.array_equal(controller.torques, fallback(gait, v))
+    assert controller.step(time + 2.0 * longest, q, v, down(gait, 0)) == BAD_CLOCK
+    for late in (-1.0, np.nan):
+        controller.enter(0, 0.0)
+        assert controller.silence(late, v) == SILENT
+    assert controller.silence(0.0, v) == BAD_CLOCK
 
 
 def test_contact_forces_outside_the_cone_are_told(gait: Gait, controller: Controller) -> None:

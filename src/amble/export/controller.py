@@ -10,7 +10,7 @@ from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.export.code import Code, build_rules, c_code, filled, template
-from amble.export.impedance import impedance_files, impedance_texts
+from amble.export.impedance import LONGEST, impedance_files, impedance_texts
 from amble.export.law import LATEST, StanceLaw, stance_laws, tables
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
@@ -159,6 +159,7 @@ def _code(gait: Gait, laws: list[StanceLaw], codes: list[Code]) -> Mapping[str, 
         "WORK": str(max(1, *(code.work for code in codes))),
         "INTEGERS": str(max(1, *(code.integers for code in codes))),
         "LATEST": f"{LATEST:g}",
+        "LONGEST": repr(LONGEST * min(law.duration for law in laws)),
         "DAMPING": repr(DAMPING),
         "TABLES": tables(
             gait,

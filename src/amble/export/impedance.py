@@ -20,7 +20,7 @@ from amble.numerics.pieces import ORDER
 from amble.types import Matrix, Vector
 
 LONGEST = 0.25
-"""Longest step of the controller's clock, as a share of the shortest domain."""
+"""Longest step of the controller's clock, and of silence for its watchdog, as a share of the shortest domain."""
 
 LATE, NOT_FINITE = 4, 32
 """Statuses of a step, as the header lists them."""

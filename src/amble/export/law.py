@@ -177,6 +177,7 @@ def tables(gait: Gait, laws: Sequence[StanceLaw], smallest_pivot: float, argumen
         *switch_tables(gait),
         numbers("DURATION", "LAWS", [law.duration for law in laws]),
         numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait)),
+        numbers("SPEED_LIMIT", "AMBLE_JOINTS", speed_limits(gait)),
     ]
     for law in laws:
         packed = "duration, numbers of the phase, gains, reference curves, kernel of the output weights"

@@ -18,6 +18,7 @@ from amble.hybrid.system import numeric
 from amble.types import IntegerVector, Vector
 
 OK, SATURATED, CONTACT_FORCE, LATE, CONTACT_FLAGS, RANK_LOST, NOT_FINITE, BAD_CLOCK = 0, 1, 2, 4, 8, 16, 32, 64
+SILENT = 256
 """Statuses of a step, as the header lists them."""
 
 DAMPING = 1.0

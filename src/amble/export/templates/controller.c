@@ -53,14 +53,23 @@ static int evaluate(amble_controller *c, double clock, const double *q, const do
   return failed;
 }
 
-static int saturate(double *u) {
+/* Largest torque along a joint's rate. */
+static double driving(int joint, double rate) {
+  double corner = AMBLE_CORNER, share = fabs(rate) / SPEED_LIMIT[joint];
+  if (corner >= 1.0 || share <= corner) return TORQUE_LIMIT[joint];
+  return share >= 1.0 ? 0.0 : TORQUE_LIMIT[joint] * (1.0 - share) / (1.0 - corner);
+}
+
+static int saturate(const double *qd, double *u) {
   int j, cut = 0;
   for (j = 0; j < AMBLE_JOINTS; j++) {
-    if (u[j] > TORQUE_LIMIT[j]) {
-      u[j] = TORQUE_LIMIT[j];
+    double rate = qd[AMBLE_COORDINATES - AMBLE_JOINTS + j];
+    double limit = u[j] * rate > 0.0 ? driving(j, rate) : TORQUE_LIMIT[j];
+    if (u[j] > limit) {
+      u[j] = limit;
       cut = 1;
-    } else if (u[j] < -TORQUE_LIMIT[j]) {
-      u[j] = -TORQUE_LIMIT[j];
+    } else if (u[j] < -limit) {
+      u[j] = -limit;
       cut = 1;
     }
   }
@@ -74,7 +83,7 @@ static unsigned fallback(unsigned status, const double *qd, double *u, double *f
     u[i] = isfinite(rate) ? -AMBLE_DAMPING * rate : 0.0;
   }
   for (i = 0; i < AMBLE_FORCES; i++) force[i] = 0.0;
-  saturate(u);
+  saturate(qd, u);
   return status;
 }
 
@@ -123,6 +132,7 @@ unsigned amble_enter(amble_controller *c, int stance, double t) {
   if (stance < 0 || stance >= AMBLE_STANCES || !isfinite(t)) return AMBLE_BAD_CLOCK;
   c->stance = stance;
   c->entry = t;
+  c->last = t;
   c->pivot = 0.0;
   c->margin = 0.0;
   c->clear = 0;
@@ -143,6 +153,7 @@ unsigned amble_step(amble_controller *c, double t, const double q[AMBLE_COORDINA
   if (!isfinite(t) || !all_finite(q, AMBLE_COORDINATES) || !all_finite(qd, AMBLE_COORDINATES)) {
     return fallback(AMBLE_NOT_FINITE, qd, u, force);
   }
+  c->last = t;
   follow(c, t, flags);
   clock = t - c->entry;
   if (wrong(c, clock, flags)) status |= AMBLE_CONTACT_FLAGS;
@@ -153,9 +164,17 @@ unsigned amble_step(amble_controller *c, double t, const double q[AMBLE_COORDINA
   if (!all_finite(u, AMBLE_JOINTS) || !all_finite(force, AMBLE_FORCES) || !isfinite(c->margin)) {
     return fallback(status | AMBLE_NOT_FINITE, qd, u, force);
   }
-  if (saturate(u)) status |= AMBLE_SATURATED;
+  if (saturate(qd, u)) status |= AMBLE_SATURATED;
   if (c->margin < 0.0) status |= AMBLE_CONTACT_FORCE;
   return status;
+}
+
+unsigned amble_watchdog(amble_controller *c, double t, const double qd[AMBLE_COORDINATES], double u[AMBLE_JOINTS],
+                        double force[AMBLE_FORCES]) {
+  if (c->entered != MARK) return fallback(AMBLE_BAD_CLOCK, qd, u, force);
+  if (t >= c->last && t - c->last < AMBLE_WATCHDOG_TIME) return AMBLE_OK;
+  c->entered = 0;
+  return fallback(AMBLE_SILENT, qd, u, force);
 }
 
 int amble_stands(int stance, int foot) {

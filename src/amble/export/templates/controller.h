@@ -26,6 +26,16 @@
 #define AMBLE_GAIT_STANCES @GAIT_STANCES@
 #define AMBLE_STANCES @STANCE_COUNT@
 
+/* Share of a joint's fastest rate from which its motor gives less torque along the rate: the limit falls in a line to 0
+ * at the fastest rate (against it the motor brakes with its whole limit). 1 leaves the limit as it is. */
+#ifndef AMBLE_CORNER
+#define AMBLE_CORNER 1.0
+#endif
+/* Time without a step after which amble_watchdog lets the motors damp only, s. */
+#ifndef AMBLE_WATCHDOG_TIME
+#define AMBLE_WATCHDOG_TIME @LONGEST@
+#endif
+
 /* Scratch of the generated code. */
 #define AMBLE_WORK @WORK@
 #define AMBLE_INTEGERS @INTEGERS@
@@ -45,7 +55,8 @@ enum {
   AMBLE_RANK_LOST = 16,  /* the motion does not determine the torques here */
   AMBLE_NOT_FINITE = 32, /* an argument or a result is not finite */
   AMBLE_BAD_CLOCK = 64,  /* t lies before the entry of the stance, or the controller was not entered */
-  AMBLE_FALLBACK = 112   /* any of the three */
+  AMBLE_SILENT = 256,    /* of amble_watchdog; the controller has to be entered again */
+  AMBLE_FALLBACK = 368   /* any of the four */
 };
 
 /* Joint damping of the fallback, N m s/rad. */
@@ -58,6 +69,7 @@ typedef struct {
   double pivot;   /* smallest pivot of the last evaluation: its distance from lost rank */
   double margin;  /* of the last evaluation: smallest distance to a friction or normal force limit, N */
   unsigned clear; /* feet that have been off the ground since they last stood, one bit a foot */
+  double last;    /* time of the last step, or of the entry */
   double work[AMBLE_WORK];
   long long integers[AMBLE_INTEGERS];
 } amble_controller;
@@ -81,6 +93,12 @@ unsigned amble_enter(amble_controller *controller, int stance, double t);
 unsigned amble_step(amble_controller *controller, double t, const double q[AMBLE_COORDINATES],
                     const double qd[AMBLE_COORDINATES], const unsigned char contact[AMBLE_FEET],
                     double u[AMBLE_JOINTS], double force[AMBLE_FORCES]);
+
+/* A tick of a driver's loop in which no measurement came, so that there was no amble_step: its time, and the last known
+ * rates. Until AMBLE_WATCHDOG_TIME since the last step (or the entry) nothing is written and AMBLE_OK is returned; then
+ * the fallback is written, and the controller has to be entered again. A time before the last step counts as too late. */
+unsigned amble_watchdog(amble_controller *controller, double t, const double qd[AMBLE_COORDINATES],
+                        double u[AMBLE_JOINTS], double force[AMBLE_FORCES]);
 
 /* Whether a foot stands in a stance. */
 int amble_stands(int stance, int foot);
