@@ -159,7 +159,8 @@ def test_the_stances_are_those_of_simulated_walks(
         for time, number, state in zip(trace.time, trace.domain, trace.state, strict=True):
             here = trace.domains[number]
             feet = set(gait.pattern.visited[numbers[here]].feet)
-            controller.step(float(time), *np.split(state, 2), flags(gait, feet))
+            q, v = np.split(state, 2)
+            controller.step(float(time), q, v, flags(gait, feet))
             assert controller.stance == numbers[here], (seed, time)
     assert orders == {step.source.name + "->" + step.target.name for step in gait.pattern.steps[:2]}
 
