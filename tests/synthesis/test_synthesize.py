@@ -207,6 +207,33 @@ def test_multipliers_of_another_mesh_do_not_reach_the_solver(
     assert reached[1] is None
 
 
+@pytest.mark.parametrize("first", [1, 3])
+def test_what_is_not_solved_is_tried_from_a_coarser_mesh(
+    small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, first: int
+) -> None:
+    """A solver that gives up: the first time, and every time; the reason is the first one."""
+    tried: list[int] = []
+
+    def giving_up(program: GaitProgram, start: Start, tolerance: float, most: int, progress: object) -> Solution:
+        tried.append(program.problem.intervals)
+        return ipopt(program, start, tolerance, 1 if len(tried) <= first else most, None)
+
+    monkeypatch.setitem(SOLVERS._entries, "giving up", giving_up)
+    problem = replace(small_problem, intervals=8)
+    if first == 1:
+        gait = synthesize(problem, solver="giving up")
+        assert tried == [8, 4, 8]
+        assert (gait.domains[0].times.size - 1) // 2 == 8
+        assert "not solved on 8 intervals from the kinematic walk (Maximum_Iterations_Exceeded" in caplog.text
+        direct = synthesize(problem)
+        assert gait.solver.objective == pytest.approx(direct.solver.objective, rel=1e-5)  # the solver's tolerance
+    else:
+        with pytest.raises(GaitNotSolvedError, match="Maximum_Iterations_Exceeded") as caught:
+            synthesize(problem, solver="giving up")
+        assert tried == [8, 4]
+        assert (caught.value.last.domains[0].times.size - 1) // 2 == 8
+
+
 @pytest.mark.slow
 def test_multipliers_of_another_mesh_are_not_used(coarse_gait: Gait, small_problem: GaitProblem) -> None:
     finer = replace(small_problem, intervals=small_problem.intervals + 1)

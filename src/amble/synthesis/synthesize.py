@@ -93,6 +93,9 @@ def _outside(problem: GaitProblem) -> list[str]:
     return found
 
 
+COARSER, FIRST_TRY = 8, 250
+"""Intervals from which a problem that is not solved in so many iterations is tried from one of half the intervals."""
+
 SINGULAR = 0.1
 """Share of an internal torque that the joints left out hold (``least_share``), below which other outputs are chosen."""
 
@@ -128,6 +131,7 @@ def synthesize(
             a walk that kinematics alone draws.
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up after so many. With multipliers the first 40 are a try with them, the rest one without.
+            Without a start what is not solved after 250 is tried by way of half the intervals with the rest.
         progress: called after every iteration.
         solver: name of a registered solver.
 
@@ -149,15 +153,49 @@ def synthesize(
     multipliers = None if start is None else fitting(start.multipliers, program)
     begin = Start(natural / layout.scale, multipliers)
     near = None if multipliers is None else begin
-    solution = solve_near(run, program, near, lambda: begin, tolerance, most_iterations, progress)
+    coarser = start is None and problem.intervals >= COARSER and most_iterations > FIRST_TRY
+    tries = FIRST_TRY if coarser else most_iterations
+    solution = solve_near(run, program, near, lambda: begin, tolerance, tries, progress)
     gait = to_gait(problem, layout, solution)
     if not solution.solved:
-        raise GaitNotSolvedError(solution, gait)
+        unsolved = GaitNotSolvedError(solution, gait)
+        if not coarser:
+            raise unsolved
+        gait = _by_coarser_mesh(problem, unsolved, tolerance, most_iterations - tries, progress, solver)
     better = regular_outputs(problem, gait)
     if better is problem.outputs:
         return gait
     again = replace(problem, outputs=better, outputs_by_default=False)
     return synthesize(again, replace(gait, multipliers=None), tolerance, most_iterations, progress, solver=solver)
+
+
+def _by_coarser_mesh(
+    problem: GaitProblem,
+    unsolved: GaitNotSolvedError,
+    tolerance: float,
+    most_iterations: int,
+    progress: Progress | None,
+    solver: str,
+) -> Gait:
+    """Solve on half the intervals and go on from there: another way through the same problem, and a cheap one.
+
+    Raises:
+        GaitNotSolvedError: that of the problem itself, where this does not help.
+    """
+    half, share = replace(problem, intervals=(problem.intervals + 1) // 2), max(most_iterations // 2, 1)
+    try:
+        coarse = synthesize(half, None, tolerance, share, progress, solver=solver)
+        start = replace(coarse, multipliers=None)
+        found = synthesize(replace(problem, outputs=coarse.outputs), start, tolerance, share, progress, solver=solver)
+    except NotSolvedError:
+        raise unsolved from None
+    logger.warning(
+        "not solved on %d intervals from the kinematic walk (%s), but from the gait of %d intervals",
+        problem.intervals,
+        unsolved.status,
+        half.intervals,
+    )
+    return found
 
 
 def regular_outputs(problem: GaitProblem, gait: Gait) -> Outputs:
