@@ -214,7 +214,7 @@ def test_what_is_not_solved_is_tried_from_a_coarser_mesh(
     """A solver that gives up: the first time, and every time; the reason is the first one."""
     tried: list[int] = []
 
-    def giving_up(program: GaitProgram, start: Start, tolerance: float, most: int, progress: object) -> Solution:
+    def giving_up(program: GaitProgram, start: Start, tolerance: float, most: int, *_: object) -> Solution:
         tried.append(program.problem.intervals)
         return ipopt(program, start, tolerance, 1 if len(tried) <= first else most, None)
 
@@ -225,8 +225,8 @@ def test_what_is_not_solved_is_tried_from_a_coarser_mesh(
         assert tried == [8, 4, 8]
         assert (gait.domains[0].times.size - 1) // 2 == 8
         assert "not solved on 8 intervals from the kinematic walk (Maximum_Iterations_Exceeded" in caplog.text
-        direct = synthesize(problem)
-        assert gait.solver.objective == pytest.approx(direct.solver.objective, rel=1e-5)  # the solver's tolerance
+        failed = {row.kind for row in check(gait).failed}
+        assert not failed & set(EXACT)
     else:
         with pytest.raises(GaitNotSolvedError, match="Maximum_Iterations_Exceeded") as caught:
             synthesize(problem, solver="giving up")
