@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from amble.errors import InputError
@@ -41,8 +42,19 @@ def test_open_and_pinned_bounds_are_fine() -> None:
         ({"touchdown_velocity": ((0.0, 1.0), (0.0, 1.0), (0.0, -1.0))}, "touchdown velocity along z is bounded by 0"),
         ({"clearance": -0.1}, "least clearance is -0.1"),
         ({"normal_force": math.inf}, "least normal force is inf"),
+        ({"normal_force": 5.0, "standing_force": 4.0}, "of a foot that stays is 4"),
+        ({"standing_force": math.nan}, "of a foot that stays is nan"),
+        ({"standing_force": math.inf}, "of a foot that stays is inf"),
     ],
 )
 def test_bounds_without_room(changed: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
         limits(**changed)
+
+
+def test_the_bound_of_a_foot_that_leaves_falls_to_the_normal_force() -> None:
+    progress = np.array([0.0, 0.25, 1.0])
+    both = limits(normal_force=2.0, standing_force=10.0)
+    np.testing.assert_allclose(both.least_normal_force(True, progress), [10.0, 8.0, 2.0])
+    np.testing.assert_allclose(both.least_normal_force(False, progress), 10.0)
+    np.testing.assert_allclose(limits(normal_force=2.0).least_normal_force(True, progress), 2.0)

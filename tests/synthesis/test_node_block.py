@@ -1,4 +1,4 @@
-"""Rows of the outputs over a phase of the configuration, and the rows that tie its numbers to the motion's ends."""
+"""Rows of the nodes: outputs over a phase of the configuration, least normal forces."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from examples.extending.phase_configuration import ConfigurationPhase
 
 from amble.control.phase import Phase
 from amble.gait import Gait
-from amble.synthesis import GaitProblem
+from amble.hybrid import FLAT, Ground, Plane
+from amble.synthesis import GaitProblem, gait_problem
 from amble.synthesis.block import Block
-from amble.synthesis.layout import Layout, build_layout
+from amble.synthesis.layout import Layout, build_layout, variable_bounds
 from amble.synthesis.link_blocks import phase_block
 from amble.synthesis.node_block import SLOWEST, node_block, parameter_values
 from amble.synthesis.program import build_program
 from amble.synthesis.result import from_gait
 from amble.types import Matrix
+from tests.robots import PLANAR, robot
 
 PHASE = ConfigurationPhase({"D1": {"roll": 1.0}})
 NUMBERS = (-0.2, 0.3)
@@ -130,3 +132,28 @@ def test_the_program_is_built_with_the_numbers_rows(small_problem: GaitProblem) 
     names = program.program.row_names
     assert names.count("D1 phase theta_start") == 1
     assert sum(name.endswith(" rate of the phase") for name in names) == program.layout.domains[0].nodes
+
+
+@pytest.mark.parametrize("ground", [FLAT, Plane(slope=0.1)])
+def test_feet_that_stay_carry_and_one_that_leaves_does_so_linearly(ground: Ground) -> None:
+    """Of a run: bounds of variables on level ground, of rows on a slope."""
+    problem = gait_problem(robot(PLANAR), "run", speed=0.3, ground=ground, intervals=3)
+    problem = replace(problem, node_margins=False)
+    limits, layout = problem.limits, build_layout(problem)
+    assert limits.standing_force is not None
+    assert limits.standing_force > limits.normal_force
+    lower, _ = variable_bounds(problem, layout)
+    for domain in layout.domains:
+        contacts = problem.pattern.contacts(domain.stance)
+        block = node_block(problem, layout, domain)
+        names = [label.name for label in block.labels]
+        for foot in contacts.feet:
+            if ground.level:
+                found = lower[domain.force[:, contacts.normal_index(foot)]]
+            else:
+                found = block.lower[:, names.index(f"normal force {foot}")]
+            least = np.full(domain.nodes, limits.standing_force)
+            if foot in domain.switch.leaving:
+                least = np.linspace(limits.standing_force, limits.normal_force, domain.nodes)
+            np.testing.assert_allclose(found[:-1], least[:-1], rtol=1e-12)
+    assert any(domain.switch.leaving for domain in layout.domains)

@@ -289,6 +289,10 @@ def test_what_the_file_gives_takes_the_place_of_a_default(tmp_path: Path) -> Non
         torques={**limits.torques, "FL_calf_joint": 8.0},
         positions={**limits.positions, "z": (0.2, 0.4)},
     )
+    assert limits.standing_force is not None  # 10 % of the weight
+    for lines, standing in (("standing_force = 30", 30.0), ("normal_force = 5", limits.standing_force)):
+        assert problem(tmp_path, f"{go2}[limits]\n{lines}\n").limits.standing_force == standing
+    assert problem(tmp_path, go2 + "[limits]\nnormal_force = 40\n").limits.standing_force == 40.0  # more than 10 %
 
 
 @pytest.mark.parametrize("gait", ['name = "trot"', 'stances = [["fl", "rr"], ["fr", "rl"]]'])

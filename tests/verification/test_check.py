@@ -150,6 +150,17 @@ def test_limits_are_checked(walking_gait: Gait) -> None:
     }
 
 
+def test_a_foot_that_hardly_carries_is_named(walking_gait: Gait) -> None:
+    """Also where it carries more than the least normal force."""
+    limits = walking_gait.limits
+    heavy = replace(limits, standing_force=0.5 * walking_gait.robot.mass * walking_gait.robot.gravity)
+    failed = check(replace(walking_gait, limits=heavy), grid=1).failed
+    assert {row.kind for row in failed} == {"normal force"}
+    assert all(row.name.endswith("over its bound") for row in failed)
+    light = replace(limits, standing_force=limits.normal_force)
+    assert {row.kind for row in check(replace(walking_gait, limits=light), grid=1).failed} == set()
+
+
 @pytest.mark.parametrize(("share", "holds"), [(1.0, True), (0.05, False), (0.0, False)])
 def test_a_foot_that_grazes_the_ground_is_named(walking_gait: Gait, share: float, holds: bool) -> None:
     """Whatever its limits say: those of former files allow a landing at rest. rr comes down at 0.20 sqrt(g l)."""

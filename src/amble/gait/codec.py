@@ -92,6 +92,7 @@ def limits_codec(pattern: GaitPattern) -> Record:
             "touchdown_velocity": Record(lambda **along: tuple(along[axis] for axis in AXES), landing, _along_axes),
             "normal_force": Number("N", infinite=True),
             "clearance": Number("m", infinite=True),
+            "standing_force": Optional(Number("N", infinite=True)),
         },
     )
 

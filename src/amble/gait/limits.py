@@ -11,6 +11,7 @@ from amble.io.quantities import unit_of
 from amble.residual import Residual
 from amble.robot import Robot
 from amble.robot.natural_units import velocity_unit
+from amble.types import Vector
 
 LARGEST_FRICTION = 2.0
 """No foot on any floor of practice holds more; rubber on rough concrete has about 1."""
@@ -42,8 +43,11 @@ class Limits:
         touchdown_velocity: velocity of a landing foot just before the impact along the ground's two tangents and its
             normal (on level ground x, y, z) -> (lower, upper), m/s; a gait problem needs an upper bound along the
             normal of at most ``highest_landing``.
-        normal_force: smallest normal force of a stance foot, N.
+        normal_force: smallest normal force of a stance foot, N; where feet leave by their force, that at which they do.
         clearance: height above the ground that every swing foot exceeds at the middle of its swing, m.
+        standing_force: smallest normal force of a stance foot that stays, and at the entry of one that leaves by its
+            force, whose bound falls from there to ``normal_force`` linearly in time, N; by default ``normal_force``. A
+            foot that hardly carries lifts off too early after a small disturbance.
     """
 
     durations: Mapping[str, Interval]
@@ -54,6 +58,7 @@ class Limits:
     touchdown_velocity: tuple[Interval, Interval, Interval]
     normal_force: float
     clearance: float
+    standing_force: float | None = None
 
     def __post_init__(self) -> None:
         """Check that every bound leaves room.
@@ -75,6 +80,21 @@ class Limits:
         for what, value in (("normal force", self.normal_force), ("clearance", self.clearance)):
             if not 0.0 <= value < inf:
                 raise InputError(f"the least {what} is {value:g}; it must be finite and not negative")
+        if self.standing_force is not None and not self.normal_force <= self.standing_force < inf:
+            raise InputError(
+                f"the least normal force of a foot that stays is {self.standing_force:g}; it must be finite and at "
+                f"least the normal force, {self.normal_force:g}"
+            )
+
+    def least_normal_force(self, leaves: bool, progress: Vector) -> Vector:
+        """Return the bound of a stance foot's normal force along a stance, (n,), N.
+
+        Args:
+            leaves: whether the foot leaves by its force at the end.
+            progress: 0 at the entry, 1 at the end, (n,).
+        """
+        most = self.normal_force if self.standing_force is None else self.standing_force
+        return most + (self.normal_force - most) * progress * float(leaves)
 
     def accelerations(self, robot: Robot) -> dict[str, float]:
         """Return coordinate -> largest |second derivative|, m/s^2 or rad/s^2, as a point a leg away would have it."""

@@ -279,16 +279,17 @@ def _bound_domain(
     if not contacts.ground.level:
         return  # the normal force is no variable there
     for foot in contacts.feet:
-        lower[domain.force[:, contacts.normal_index(foot)]] = least_normal_force(problem)
+        lower[domain.force[:, contacts.normal_index(foot)]] = least_normal_force(problem, domain, foot)
     for foot in domain.switch.leaving:
         end = domain.force[-1, contacts.normal_index(foot)]
         lower[end] = upper[end] = limits.normal_force
 
 
-def least_normal_force(problem: GaitProblem) -> float:
-    """Return the smallest normal force of a stance foot at a node, but for one that leaves by its force, N."""
+def least_normal_force(problem: GaitProblem, domain: DomainLayout, foot: str) -> Vector:
+    """Return the smallest normal force of a stance foot at every node but the last of one that leaves, (n,), N."""
     robot = problem.pattern.robot
-    return problem.limits.normal_force + NORMAL_FORCE_MARGIN * robot.mass * robot.gravity * problem.node_margins
+    least = problem.limits.least_normal_force(foot in domain.switch.leaving, domain.phases)
+    return least + NORMAL_FORCE_MARGIN * robot.mass * robot.gravity * problem.node_margins
 
 
 def _within(lower: Vector, upper: Vector, places: Index, bounds: tuple[float, float], margin: float) -> None:

@@ -197,7 +197,8 @@ def _bounds(
         lower[progress < 1e-9, row] = -np.inf
         lower[progress > 1.0 - 1e-9, row] = -np.inf
     if tilted:
-        lower[:, normal:-1] = least_normal_force(problem)
+        for place, foot in enumerate(contacts.feet, start=normal):
+            lower[:, place] = least_normal_force(problem, domain, foot)
         lower[:, -1], upper[:, -1] = problem.limits.positions.get("z", (-np.inf, np.inf))
     for foot in domain.switch.leaving if tilted else ():
         lower[-1, normal + domain.stance.feet.index(foot)] = -np.inf  # a row of the switch says what it is

@@ -182,6 +182,7 @@ class LimitsSection(Section):
 
     clearance: Length | None = None
     normal_force: Force | None = None
+    standing_force: Force | None = None
     node_margins: bool | None = None
     duration: TimeRange | None = None
     durations: dict[str, TimeRange] = {}

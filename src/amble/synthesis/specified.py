@@ -174,6 +174,7 @@ def _limits(section: LimitsSection, default: Limits, robot: Robot) -> Limits:
         else (_interval(landing.x), _interval(landing.y), _interval(landing.z)),
         normal_force=_given(section.normal_force, default.normal_force),
         clearance=_given(section.clearance, default.clearance),
+        standing_force=_standing(section, default),
     )
 
 
@@ -201,6 +202,13 @@ def _merged(
 def _common(names: Iterable[str], given: float | None, default: Mapping[str, float]) -> Mapping[str, float]:
     """One number for all joints where it is given, else the default of each that has one."""
     return default if given is None else dict.fromkeys(names, given)
+
+
+def _standing(section: LimitsSection, default: Limits) -> float | None:
+    """What is given; by default that of the robot, or the normal force where a larger one is given."""
+    if section.standing_force is not None or default.standing_force is None:
+        return section.standing_force
+    return max(default.standing_force, _given(section.normal_force, default.normal_force))
 
 
 def _given(value: float | None, default: float) -> float:

@@ -31,11 +31,16 @@ def limit_residuals(domain: SampledDomain, tolerance: float, slack: float) -> li
 def _forces(domain: SampledDomain, slack: float) -> list[Residual]:
     """Normal force and the true friction cone of every stance foot."""
     contact, friction, times = domain.contacts.contact, domain.contacts.ground.friction, domain.times
-    size, least, found = sizes(domain.gait.robot).force, domain.gait.limits.normal_force, []
+    limits, progress = domain.gait.limits, times / domain.trajectory.duration
+    size, least, found = sizes(domain.gait.robot).force, limits.normal_force, []
     for foot in domain.stance.feet:
         force = domain.terms.local_force(foot, domain.motion.forces)
         normal, used = contact.normal_force(force), contact.friction_used(force)
         bounds, most = (least, np.inf), (0.0, friction)
+        if limits.standing_force is not None:
+            over = normal - limits.least_normal_force(foot in domain.switch.leaving, progress)
+            name, miss = f"{domain.name} normal force {foot} over its bound", slack * (size + limits.standing_force)
+            found.append(limit("normal force", name, over, times, (0.0, np.inf), miss))
         found += [
             limit("normal force", f"{domain.name} normal force {foot}", normal, times, bounds, slack * (size + least)),
             limit("friction", f"{domain.name} friction {foot}", used, times, most, slack * friction),

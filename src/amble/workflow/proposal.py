@@ -213,6 +213,11 @@ def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
         "[limits]",
         f"clearance = {limits.clearance!r}  # m, of every swing foot at the middle of its swing",
         f"normal_force = {limits.normal_force!r}  # N, the least of every stance foot",
+        *(
+            []
+            if limits.standing_force is None
+            else [f"standing_force = {limits.standing_force!r}  # N, of feet that stay"]
+        ),
         f"acceleration = {limits.acceleration!r}  # rad/s^2, of every angle; of x, y and z times the leg length",
         f"node_margins = {str(problem.node_margins).lower()}  # margins of positions, accelerations and forces",
         "",
