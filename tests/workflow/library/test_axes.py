@@ -9,7 +9,7 @@ import pytest
 from amble.errors import InputError, UnknownNameError
 from amble.hybrid import Plane
 from amble.synthesis.specification import read_specification
-from amble.workflow.library.axes import label, read_library
+from amble.workflow.library.axes import check_ends, label, read_library
 
 SPEC = """
 [robot]
@@ -107,3 +107,24 @@ def test_one_kind_of_file_is_not_taken_for_the_other(tmp_path: Path) -> None:
     path.write_text(path.read_text(encoding="utf-8").split("[library")[0], encoding="utf-8")
     with pytest.raises(InputError, match="amble synthesize"):
         read_library(path)
+
+
+@pytest.mark.parametrize(
+    ("axes", "sentence"),
+    [
+        ("friction = { range = [-0.1, 0.6], step = 0.1 }", "axis friction at -0.1: "),
+        ("payload = { range = [-1.0, 1.0], step = 1.0 }", "axis payload at -1 kg: "),
+        ("speed = { range = [0.2, 200.2], step = 100.0 }", "axis speed at 200.2 m/s: "),
+    ],
+)
+def test_an_end_of_an_axis_that_no_gait_can_have_is_refused_before_any_is_made(
+    tmp_path: Path, axes: str, sentence: str
+) -> None:
+    with pytest.raises(InputError) as refused:
+        check_ends(read_library(written(tmp_path, axes)))
+    assert "\n" not in str(refused.value)
+    assert str(refused.value).startswith(sentence)
+
+
+def test_ends_that_gaits_can_have_pass(tmp_path: Path) -> None:
+    check_ends(read_library(written(tmp_path, "friction = { range = [0.4, 0.6], step = 0.1 }")))

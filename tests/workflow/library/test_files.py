@@ -11,9 +11,11 @@ import pytest
 
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.gait.files import content_hash, save_gait
 from amble.workflow.library.axes import read_library
 from amble.workflow.library.entry import Made
 from amble.workflow.library.files import (
+    CERTIFICATES,
     FAILED,
     GAITS,
     Library,
@@ -52,6 +54,31 @@ def test_a_failure_keeps_its_gait_and_its_reason(folder: Path, stabilised_gait: 
     assert row["reason"] == "a row fails by much"
     assert row["solve_processor_s"] == "1.25"
     assert not index.read_text().strip()
+
+
+def test_a_gait_that_was_changed_after_it_was_made_is_refused(folder: Path, stabilised_gait: Gait) -> None:
+    """Another sound gait in its place is a gait file as any other: only the hash tells."""
+    entry = write_entry(folder, {"speed": 0.1}, None, Made(stage="check", reason="no", gait=stabilised_gait))
+    assert entry.hash == content_hash(stabilised_gait)
+    assert entry.file is not None
+    save_gait(replace(stabilised_gait, speed=0.21), folder / entry.file)
+    with pytest.raises(InputError, match="changed after it was made") as refused:
+        load_library(folder).gait(entry)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("told", [{"content_hash": "0" * 64}, {}, [1], None])
+def test_a_certificate_of_another_gait_is_refused(folder: Path, stabilised_gait: Gait, told: object) -> None:
+    made = Made(stage="check", reason="no", gait=stabilised_gait)
+    entry = write_entry(folder, {"speed": 0.1}, None, made)
+    certificate = folder / CERTIFICATES / "speed_0.1.json"
+    certificate.parent.mkdir()
+    certified = replace(entry, certified=True)
+    certificate.write_text(json.dumps({"gait": {"content_hash": entry.hash}}))
+    assert load_library(folder).gait(certified).period == stabilised_gait.period
+    certificate.write_text(json.dumps({"gait": told}))
+    with pytest.raises(InputError, match="not the gait that its certificate tells of"):
+        load_library(folder).gait(certified)
 
 
 def test_a_gait_that_was_not_solved_has_no_file(folder: Path) -> None:
@@ -142,6 +169,8 @@ FORGED: dict[str, dict[str, object]] = {
     "not finite": {"numbers": {"radius": float("inf")}},
     "seconds in words": {"seconds": {"solve": "x"}},
     "a reason that is a number": {"reason": 3},
+    "a content without a gait": {"hash": "0" * 64},
+    "a content that is no text": {"hash": 1},
 }
 
 

@@ -177,6 +177,27 @@ def read_library(path: str | Path) -> LibrarySpecification:
     )
 
 
+def check_ends(library: LibrarySpecification) -> None:
+    """Build the problem where the way begins, and from there at both ends of every axis.
+
+    What is wrong with all gaits, or with an end of an axis such as a negative friction, is said before any is made.
+
+    Raises:
+        InputError: with the axis and its value.
+    """
+    begin = library.grid.at(library.grid.first)
+    library.problem(begin)
+    for name, values in zip(library.grid.names, library.grid.values, strict=True):
+        for value in (values[0], values[-1]):
+            if value == begin[name]:
+                continue
+            try:
+                library.problem({**begin, name: value})
+            except InputError as error:
+                unit = "" if UNITS[name] == "1" else f" {UNITS[name]}"
+                raise InputError(f"axis {name} at {value:g}{unit}: {error}") from None
+
+
 def label(values: Mapping[str, float]) -> str:
     """Return the name of a gait's files: its values, in the same order in every library that has them."""
     return "-".join(f"{name}_{values[name]:.12g}" for name in UNITS if name in values)

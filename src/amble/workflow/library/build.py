@@ -13,7 +13,7 @@ from amble.amounts import check_amount
 from amble.errors import InputError, shown_path
 from amble.progress import Progress, ProgressReport, silent
 from amble.types import Json
-from amble.workflow.library.axes import LibrarySpecification, label, read_library
+from amble.workflow.library.axes import LibrarySpecification, check_ends, label, read_library
 from amble.workflow.library.cluster import run_on_cluster
 from amble.workflow.library.entry import STAGES, Made
 from amble.workflow.library.files import HEADER, LOCKS, Library, claim_folder, load_library, write_entry, write_tables
@@ -65,7 +65,7 @@ def build_library(
         check_amount("workers", workers, 1, MOST_WORKERS)
     notify, folder = progress or silent, Path(out)
     library = read_library(specification)
-    library.problem(library.grid.at(library.grid.first))  # what is wrong with all of them is said at once
+    check_ends(library)
     claim_folder(folder, library)
     heads = chains(library)
     if chain is not None and not 0 <= chain < len(heads):

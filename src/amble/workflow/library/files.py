@@ -27,7 +27,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from amble.errors import InputError, listed, shown, shown_path
 from amble.gait import Gait
-from amble.gait.files import load_gait, save_gait
+from amble.gait.files import content_hash, load_gait, save_gait
 from amble.io.reader import read_json, read_text
 from amble.io.storage import atomic_write, dumps
 from amble.report import write_results
@@ -57,6 +57,7 @@ class LibraryEntry:
         reason: why it failed; empty where it is certified.
         file: the gait's file in the library's folder; None where it was not solved.
         start: label of the neighbour that the solver started from; None of a kinematic walk.
+        hash: of the gait's content (``gait.files.content_hash``), as in its certificate; None where it was not solved.
         numbers: everything that was computed: cost of transport, torques, heights, radius, bound, ...
         seconds: stage -> processor time, s.
         notes: warnings on the way.
@@ -68,6 +69,7 @@ class LibraryEntry:
     reason: str
     file: str | None
     start: str | None
+    hash: str | None = None
     numbers: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -108,11 +110,22 @@ class Library:
         """Load the gait of an entry.
 
         Raises:
-            InputError: it was not solved, or its file cannot be read.
+            InputError: it was not solved, its file cannot be read, or record or certificate are of another content.
         """
         if entry.file is None:
             raise InputError(f"there is no gait at {entry.label}: {entry.reason}")
-        return load_gait(self.folder / entry.file)
+        gait = load_gait(self.folder / entry.file)
+        told = {"record": entry.hash}
+        if entry.certified:
+            of = read_json(self.folder / CERTIFICATES / f"{entry.label}.json", "certificate").get("gait")
+            told["certificate"] = of.get("content_hash") if isinstance(of, dict) else None
+        for what, known in told.items():
+            if known != content_hash(gait):
+                raise InputError(
+                    f"'{shown_path(self.folder / entry.file)}' is not the gait that its {what} tells of: it was changed "
+                    f"after it was made; remove {RECORDS}/{entry.label}.json, and `amble library` makes it again"
+                )
+        return gait
 
 
 def load_library(folder: str | Path) -> Library:
@@ -176,6 +189,7 @@ def write_entry(folder: Path, values: Mapping[str, float], start: str | None, ma
         reason=made.reason,
         file=file,
         start=start,
+        hash=None if made.gait is None else content_hash(made.gait),
         numbers=made.numbers,
         seconds=made.seconds,
         notes=tuple(made.notes),
@@ -216,6 +230,8 @@ def _entry(path: Path) -> LibraryEntry:
     own = f"{GAITS if entry.certified else FAILED}/{name}"
     needed = [own, f"{CERTIFICATES}/{name}"] if entry.certified else [own] if entry.file else []
     lacking = [file for file in needed if not (folder / file).is_file()]
+    if (entry.hash is None) != (entry.file is None):
+        raise InputError(f"{what}: it says nothing of the content of its gait, or of one that is not there")
     if entry.label != path.stem or entry.file != (own if needed else None) or lacking:
         raise InputError(f"{what}: it is of another gait, or {listed(lacking) or own} is not there")
     return entry
