@@ -122,8 +122,8 @@ class Library:
         for what, known in told.items():
             if known != content_hash(gait):
                 raise InputError(
-                    f"'{shown_path(self.folder / entry.file)}' is not the gait that its {what} tells of: it was changed "
-                    f"after it was made; remove {RECORDS}/{entry.label}.json, and `amble library` makes it again"
+                    f"'{shown_path(self.folder / entry.file)}' is not the gait that its {what} tells of: it was "
+                    f"changed after it was made; remove {RECORDS}/{entry.label}.json, and `amble library` makes it anew"
                 )
         return gait
 
