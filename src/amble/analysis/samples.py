@@ -148,7 +148,7 @@ def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
     halves = [_solved_part(gait)]
     if gait.pattern.mirrored:
         halves.append(_mirrored(halves[0], gait.pattern))
-    visits, turn = len(gait.domains), float(gait.command.way(gait.period)[2])
+    visits, turn = len(gait.domains), gait.turn
     parts: list[_Part] = []
     for number in range(cycles * len(halves)):
         part = halves[number % len(halves)]

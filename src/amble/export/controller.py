@@ -12,6 +12,7 @@ from amble.errors import InputError
 from amble.export.code import Code, build_rules, c_code, filled, template
 from amble.export.impedance import LONGEST, impedance_files, impedance_texts
 from amble.export.law import LATEST, StanceLaw, stance_laws, tables
+from amble.export.turning import turning_code
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
@@ -168,6 +169,7 @@ def _code(gait: Gait, laws: list[StanceLaw], codes: list[Code]) -> Mapping[str, 
             max(code.arguments for code in codes),
             max(code.results for code in codes),
         ),
+        **turning_code(gait),
         "PROTOTYPES": "\n".join(
             f"int {code.name}(const double **arg, double **res, long long *iw, double *w);" for code in codes
         ),

@@ -10,10 +10,11 @@ import numpy as np
 from amble.control import AllocationLaw
 from amble.control.closed_loop import Flow, StanceLoop
 from amble.gait.control_law import ControlLaw, Numbers, TorqueLaw
+from amble.gait.cycle_end import closed_reset, closing
 from amble.gait.landing_domains import continued, landing_domain, landing_transition
 from amble.gait.landing_stances import between, entering, follows, landing_steps, twin
 from amble.gait.linearising_law import control_of
-from amble.gait.mirrored_loop import mirrored_domain, mirrored_result, mirrored_transition
+from amble.gait.mirrored_loop import mirrored_domain, mirrored_transition
 from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Stance, Switch, Symmetry, Transition
 from amble.io.quantities import units
@@ -33,6 +34,9 @@ def closed_loop(
     orders: Mapping[str, Sequence[str]] | None = None,
 ) -> HybridSystem:
     """Close the loop of a gait.
+
+    A gait that turns repeats itself modulo its turn: the reset that ends a cycle turns the state back by ``Gait.turn``,
+    so states are in axes that are the world's at the entry of the first cycle and turn at the end of each.
 
     Args:
         gait: the gait; with feedback its stabilised outputs are used, else those of the gait problem.
@@ -81,8 +85,7 @@ def _transitions(
     for number, switch in enumerate(switches):
         loop, last = loops[number % len(loops)], number == len(switches) - 1
         if len(landing_steps(gait, switch)) > 1:
-            mirrors = last and pattern.mirrored and not whole
-            found += _landings(gait, known, switch, mirrors, orders.get(switch.name))
+            found += _landings(gait, known, switch, last and not whole, orders.get(switch.name))
         elif number < len(loops):
             found.append(_transition(gait, loop, switch, last, half))
         else:
@@ -104,9 +107,9 @@ def _domain(name: str, flow: Flow, numbers: Numbers) -> Domain:
 
 def _transition(gait: Gait, loop: StanceLoop, switch: Switch, last: bool, half: bool) -> Transition:
     """The switch that ends a solved stance; the last of a half cycle leads to the first, mirrored if the gait is."""
-    mirrors = half and gait.pattern.mirrored and last
+    passed = closing(gait) if last and (half or not gait.pattern.mirrored) else None
     target = gait.pattern.stances[0].name if half and last else switch.target.name
-    reset = mirrored_result(gait.robot, loop.reset) if mirrors else loop.reset
+    reset = loop.reset if passed is None else closed_reset(loop.reset, passed)
     return Transition(source=switch.source.name, target=target, guard=loop.guard, reset=reset, direction=-1)
 
 
@@ -138,10 +141,13 @@ def _landing_domains(
 
 
 def _landings(
-    gait: Gait, known: dict[str, Domain], switch: Switch, mirrors: bool, order: Sequence[str] | None
+    gait: Gait, known: dict[str, Domain], switch: Switch, ends: bool, order: Sequence[str] | None
 ) -> list[Transition]:
-    """All landings of a switch, in every order or in one; where the state is mirrored, the first of them does it."""
-    found = list[Transition]()
+    """All landings of a switch, in every order or in one.
+
+    Where it ends the cycle of the system, the first of them mirrors the state, or turns it back.
+    """
+    found, mirrors = list[Transition](), ends and gait.pattern.mirrored
     for step in landing_steps(gait, switch):
         if order is not None and not follows(step, switch, order):
             continue
@@ -154,7 +160,8 @@ def _landings(
                 feet = gait.robot.mirror.feet
                 source, foot, down = twin(gait, entered, source), feet[foot], target.feet
         contacts = gait.pattern.contacts(Stance(target.name, down))
-        landing = landing_transition(contacts, foot, known[source.name], target.name, first, mirrors and first)
+        passed = closing(gait) if ends and first else None
+        landing = landing_transition(contacts, foot, known[source.name], target.name, first, passed)
         if order is None or first:
             found.append(landing)
             continue

@@ -17,6 +17,7 @@ import casadi as ca
 from amble.control.closed_loop import StanceLoop
 from amble.control.landing import compiled_gap, compiled_landing_plant, compiled_stopping
 from amble.control.stance_functions import ARGUMENTS
+from amble.gait.cycle_end import StateMap
 from amble.hybrid import Contacts, Domain, GaitPattern, Stance, Transition
 
 DIFFERENCE = 1e-6
@@ -56,7 +57,7 @@ def landing_domain(
 
 
 def landing_transition(
-    contacts: Contacts, foot: str, source: Domain, target: str, first: bool, mirrors: bool = False
+    contacts: Contacts, foot: str, source: Domain, target: str, first: bool, closing: StateMap | None = None
 ) -> Transition:
     """Return the landing of one foot.
 
@@ -66,11 +67,11 @@ def landing_transition(
         source: the domain that it ends.
         target: name of the domain that follows.
         first: whether it is the first landing of its switch.
-        mirrors: whether the state is mirrored after it.
+        closing: what the state passes after it, where it begins the next cycle.
     """
-    robot, gap, stopped = contacts.robot, compiled_gap(contacts, foot), compiled_stopping(contacts)
+    gap, stopped = compiled_gap(contacts, foot), compiled_stopping(contacts)
     t, x, p = (ca.MX.sym(name, source.field.numel_in(i)) for i, name in enumerate(ARGUMENTS))
-    after = robot.mirror.state(stopped(x)) if mirrors else stopped(x)
+    after = stopped(x) if closing is None else closing(stopped(x))
     return Transition(
         source=source.name,
         target=target,

@@ -12,12 +12,6 @@ from amble.hybrid import Domain, GaitPattern, Switch, Transition
 from amble.robot import Robot
 
 
-def mirrored_result(robot: Robot, function: ca.Function) -> ca.Function:
-    """Return a reset whose result is mirrored."""
-    t, x, p = _symbols(function)
-    return ca.Function("mirrored_reset", [t, x, p], [robot.mirror.state(function(t, x, p))], ARGUMENTS, ["state"])
-
-
 def mirrored_domain(pattern: GaitPattern, name: str, original: Domain) -> Domain:
     """Return the mirror image of a domain: mirror the state, evaluate the same code, mirror the result."""
     robot = pattern.robot

@@ -184,6 +184,11 @@ class Gait:
         once = sum(domain.duration for domain in self.domains)
         return 2.0 * once if self.pattern.mirrored else once
 
+    @property
+    def turn(self) -> float:
+        """Change of the heading in one whole gait cycle, rad."""
+        return float(self.command.way(self.period)[2])
+
     def _repr_html_(self) -> str:
         """Show the gait in a notebook; ``amble.replay`` shows its motion."""
         report = self.solver

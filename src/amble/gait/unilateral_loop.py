@@ -61,9 +61,10 @@ def unilateral_loop(
         errors: what the plant differs in from the gait's model; the controller's laws know nothing of it.
 
     Raises:
-        InputError: feet of the gait land one by one; another allocation law for a feedback law that does not allocate.
+        InputError: feet of the gait land one by one, or it turns; another allocation law for a feedback law that does
+            not allocate.
     """
-    _require_simultaneous(gait)
+    _require_followed(gait)
     return on_unilateral_ground(gait, closed_loop(gait, law, control=control), errors)
 
 
@@ -76,7 +77,7 @@ def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors =
         errors: what the plant differs in from the model.
     """
     pattern = gait.pattern
-    _require_simultaneous(gait)
+    _require_followed(gait)
     contacts = pattern.all_contacts
     parts = _parts(contacts)
     domains, transitions = list[Domain](), list[Transition]()
@@ -95,7 +96,9 @@ def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors =
     return HybridSystem(domains, transitions, (), state_names(gait, system.state_names))
 
 
-def _require_simultaneous(gait: Gait) -> None:
+def _require_followed(gait: Gait) -> None:
+    if gait.turn:
+        raise InputError("a gait that turns has no unilateral simulation yet; one that goes straight has")
     if any(len(landing_steps(gait, switch)) > 1 for switch in gait.pattern.all_switches):
         raise InputError("feet that land one by one have no unilateral simulation yet; the rule 'simultaneous' has")
 

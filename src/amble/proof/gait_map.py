@@ -49,8 +49,10 @@ def require_provable(gait: Gait) -> None:
     """Refuse what has no proof, before any work.
 
     Raises:
-        InputError: the loop is no solution of linear equations, or a switch has not one landing foot.
+        InputError: the loop is no solution of linear equations, or a switch has not one landing foot, or it turns.
     """
+    if gait.turn:
+        raise InputError("the gait turns: its return map is closed by a turn about the vertical: no proof of that")
     for switch in gait.pattern.switches:
         if len(switch.landing) > 1:
             feet = ", ".join(switch.landing)

@@ -45,6 +45,26 @@ def turned_velocity(q: ca.SX, v: ca.SX, turned: ca.SX, angle: ca.SX) -> ca.SX:
     return ca.vertcat(linear, angular, v[ANGLES.stop :])
 
 
+def turned_state(x: ca.SX, angle: float | ca.SX) -> ca.SX:
+    """Write a state turned about the vertical through the origin; yaw goes on continuously from where it was, (2 n_q,).
+
+    Args:
+        x: coordinates and their rates, (2 n_q,).
+        angle: of the turn, rad.
+    """
+    q, v = ca.vertsplit(x, x.numel() // 2)
+    R = rotation_about(VERTICAL, angle) @ base_rotation(q)
+    near, yaw = q[5] + angle, ca.atan2(-R[0, 1], R[0, 0])
+    there = ca.vertcat(
+        rotation_about(VERTICAL, angle) @ q[BASE],
+        ca.atan2(-R[1, 2], R[2, 2]),
+        ca.asin(R[0, 2]),
+        near + ca.atan2(ca.sin(yaw - near), ca.cos(yaw - near)),
+        q[ANGLES.stop :],
+    )
+    return ca.vertcat(there, turned_velocity(q, v, there, angle))
+
+
 def turned(q: NodeValues, v: NodeValues, angle: float) -> tuple[NodeValues, NodeValues]:
     """Turn states about the vertical through the origin; yaw goes on continuously from where it was.
 

@@ -22,6 +22,7 @@ from amble.progress import Progress
 from amble.simulation.bound import bind
 from amble.simulation.trace import Trace
 from amble.simulation.walk import ENGINES, Engine
+from amble.simulation.world_axes import in_world_axes
 from amble.types import IntegerVector, NodeValues, Vector, frozen
 
 Loop = Callable[[Gait, AllocationLaw | None], HybridSystem]
@@ -95,7 +96,7 @@ def simulate(
 
     Args:
         subject: a gait, whose stabilised outputs are used where it has them; or a system.
-        start: state at the entry of the first domain, (n_x,); a gait has its own.
+        start: state at the entry of the first domain, (n_x,); a gait has its own, and one that turns heads along x.
         cycles: how many cycles, at least 1; with domains, samples and states at most 50 million numbers are recorded.
         tolerance: relative and absolute tolerance of the integrator, between 1e-13 and 1e-2.
         samples: recorded samples a domain, evenly spaced in time from its entry to its end, at least 2.
@@ -125,9 +126,7 @@ def simulate(
     if isinstance(subject, Gait) and unilateral:
         begin = unilateral_start(subject, begin)
     trace = _recorded(ENGINES[engine], system, begin, cycles, tolerance, samples, time_limit, progress, max_step)
-    if isinstance(subject, Gait) and trace.completed:
-        _require_rank(trace)
-    return trace
+    return _of_gait(subject, trace) if isinstance(subject, Gait) else trace
 
 
 def _posed(
@@ -185,6 +184,12 @@ def _recorded(
         tolerance=tolerance,
         seconds=time.perf_counter() - began,
     )
+
+
+def _of_gait(gait: Gait, trace: Trace) -> Trace:
+    if trace.completed:
+        _require_rank(trace)
+    return in_world_axes(gait, trace)
 
 
 def _require_rank(trace: Trace) -> None:

@@ -16,6 +16,7 @@ from amble.residual import Residual
 from amble.robot.natural_units import velocity_unit
 from amble.robot.plausibility import physical_rows
 from amble.simulation import Trace
+from amble.simulation.world_axes import in_cycle_axes
 from amble.stability.certificate import Certificate, finite, row_to_dict
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.contraction import section_distances
@@ -138,7 +139,7 @@ def initial_spectrum(gait: Gait) -> Spectrum:
 
 def distances(gait: Gait, trace: Trace, certificate: Certificate) -> Vector:
     """Return the distance to the certified fixed point at the entry of every simulated cycle, (cycles + 1,)."""
-    return section_distances(closed_loop(gait), trace.section, certificate.state)
+    return section_distances(closed_loop(gait), in_cycle_axes(gait, trace.section), certificate.state)
 
 
 def certificate_to_dict(gait: Gait, certificate: Certificate, law: AllocationLaw | None = None) -> Json:

@@ -17,6 +17,7 @@ from amble.residual import Residual
 from amble.robot import kinematics
 from amble.robot.natural_units import natural_units, velocity_unit
 from amble.simulation import Trace, simulate
+from amble.simulation.world_axes import in_world_axes
 from amble.types import Vector
 
 TOLERANCE = 1e-10
@@ -43,7 +44,7 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
         system: its closed loop over the full cycle.
         state: the fixed point at the entry of the first domain, (2 n_q,).
     """
-    trace = simulate(system, state, 1, TOLERANCE)
+    trace = in_world_axes(gait, simulate(system, state, 1, TOLERANCE))
     if not trace.completed:
         return (Residual(f"the cycle is completed: {trace.ended}", 1.0, float(trace.cycles), 1.0),)
     margin = GROUND * gait.robot.leg_length
@@ -111,8 +112,11 @@ def _speed_rows(gait: Gait, trace: Trace) -> list[Residual]:
     ]
     if gait.command.ahead:
         return rows[:1]
-    turned_by = float(trace.section[-1, 5] - trace.section[0, 5])
-    return [*rows, Residual("turn of a cycle against that claimed", turn - RECORD, turned_by, turn + RECORD)]
+    first, last = (np.asarray(kinematics.base_rotation(row)) for row in (trace.section[0], trace.section[-1]))
+    apart = last @ first.T
+    turned_by = float(np.arctan2(apart[1, 0] - apart[0, 1], apart[0, 0] + apart[1, 1]))
+    missed = float(np.arctan2(np.sin(turned_by - turn), np.cos(turned_by - turn)))
+    return [*rows, Residual("turn of a cycle less that claimed", -RECORD, missed, RECORD)]
 
 
 def _ground_rows(gait: Gait, trace: Trace, margin: float) -> list[Residual]:

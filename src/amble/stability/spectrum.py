@@ -1,7 +1,8 @@
 """Multipliers of an orbit, with the symmetries of the system taken out on purpose, and how far they can move.
 
 Along a symmetry the map is neutral by construction: DP xi(x) = sigma xi(P(x)) with sigma = 1, or -1 where a reset
-reverses the symmetry (a mirror and yaw); sigma is measured. At a relative fixed point P(x) = g x the reduced monodromy
+reverses the symmetry (a mirror and yaw); sigma is measured. Where a reset turns the state (a gait with a yaw rate)
+translations are mixed, and sigma is the cosine of the turn. At a relative fixed point P(x) = g x the reduced monodromy
 M = (Dg)^-1 DP keeps the span of the generators. What remains is the map that M induces on the states modulo that span:
 with Q an orthonormal basis of the span's complement its matrix is A = Q^T M Q, and the multipliers of the orbit are the
 eigenvalues of A.
@@ -40,7 +41,7 @@ class Neutral:
 
     Attributes:
         name: of the symmetry or invariant.
-        multiplier: sigma, measured; 1 or -1. Of an invariant 1.
+        multiplier: sigma, measured; 1 or -1, of translations that a reset turns the cosine. Of an invariant 1.
         residual: |DP xi(x) - its part along the generators at P(x)| / |xi(x)|: how exactly the symmetry holds. Of an
             invariant |DP^T grad I(P(x)) - grad I(x)| / |grad I(x)|.
     """

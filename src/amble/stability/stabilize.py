@@ -127,13 +127,13 @@ def stabilization(
             gains are the start, and short descents are tried first. Without an orbit under them all begins anew.
 
     Raises:
-        InputError: feet land one by one in too many orders, the gait turns, or the law has no gains to choose.
+        InputError: feet land one by one in too many orders, or the law has no gains to choose.
         UnknownNameError: a free coordinate or the method does not exist.
         NotStabilizedError: the radius stays at 1 or above; the message says why.
         FallError, NotSolvedError: the closed loop has no orbit near the gait.
     """
     began, notify = time.perf_counter(), progress or silent
-    _require_stabilizable(gait, method)
+    _require_method(method)
     notify(ProgressReport(what="orbit of the closed loop"))
     start = begin(gait, free, near)
     search, here, freed, descents = start.search, start.closed, start.free, start.descents
@@ -184,11 +184,9 @@ def _result(
     )
 
 
-def _require_stabilizable(gait: Gait, method: str) -> None:
+def _require_method(method: str) -> None:
     if method != METHOD:
         raise UnknownNameError("method", method, METHODS)
-    if not gait.command.straight:
-        raise InputError("weights on roll, pitch and yaw see world axes, against which a gait with a yaw rate turns")
 
 
 def _descended(

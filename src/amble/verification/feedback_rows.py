@@ -8,6 +8,7 @@ from amble.control.phase import DomainPhase
 from amble.gait.record import Feedback, Gait
 from amble.hybrid import Switch
 from amble.residual import Residual
+from amble.robot.turn import turned
 from amble.types import Vector, frozen
 from amble.verification.output_dynamics import Effort, OutputDynamics, integrate
 from amble.verification.residuals import residuals, size_of, sizes
@@ -29,6 +30,8 @@ def feedback_residuals(gait: Gait, tolerance: float) -> list[Residual]:
         found += residuals("feedback", landed, np.array([*guards.values()]).T, NO_TIME, tolerance, scale)
     if gait.pattern.mirrored:
         state = gait.robot.mirror.state(state)
+    if gait.turn:
+        state = np.concatenate([part[0] for part in turned(state[None, :size], state[None, size:], -gait.turn)])
     # a mirrored start keeps its lateral place, others may drift sideways
     axes, forward = list(gait.robot.base.axes), 1 if gait.pattern.mirrored or not gait.robot.base.in_space else 2
     names = gait.robot.coordinate_names

@@ -27,8 +27,7 @@ def switch_residuals(gait: Gait, domain: SampledDomain, following: SampledDomain
     last = domain.name == gait.pattern.solved[-1].name
     q, v = following.positions[0], following.velocities[0]
     if last and not gait.command.straight:
-        angle = gait.command.way(sum(part.duration for part in gait.domains))[2]
-        v = turned(q[None], v[None], angle)[1][0]
+        v = turned(q[None], v[None], gait.turn)[1][0]
     if last and gait.pattern.mirrored:
         q, v = gait.robot.mirror.position(q), gait.robot.mirror.position(v)
     found = [*_guard(domain, tolerance), *_lift_off(gait, domain, following, last), *_reset(domain, v, tolerance)]

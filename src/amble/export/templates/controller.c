@@ -23,7 +23,7 @@ static void permute(const int *index, const double *sign, const double *from, do
   for (i = 0; i < count; i++) to[i] = sign[i] * from[index[i]];
 }
 
-/* Law of a stance at its clock; the second half of a mirrored gait mirrors the state and then the result. */
+@TURNING@/* Law of a stance at its clock; the second half of a mirrored gait mirrors the state and then the result. */
 static int evaluate(amble_controller *c, double clock, const double *q, const double *qd, double *u, double *force) {
   double x[2 * AMBLE_COORDINATES], torque[AMBLE_JOINTS] = {0}, contact[AMBLE_FORCES] = {0};
   const double *arg[ARGUMENTS] = {0};
@@ -38,7 +38,7 @@ static int evaluate(amble_controller *c, double clock, const double *q, const do
       x[AMBLE_COORDINATES + i] = qd[i];
     }
   }
-  arg[0] = &clock;
+@TURN_STATE@  arg[0] = &clock;
   arg[1] = x;
   arg[2] = PARAMETERS[place];
   res[0] = mirrored ? torque : u;
@@ -50,7 +50,7 @@ static int evaluate(amble_controller *c, double clock, const double *q, const do
     permute(JOINT_INDEX, JOINT_SIGN, torque, u, AMBLE_JOINTS);
     permute(FORCE_INDEX, FORCE_SIGN, contact, force, AMBLE_FORCES);
   }
-  return failed;
+@TURN_FORCES@  return failed;
 }
 
 /* Largest torque along a joint's rate. */
@@ -105,7 +105,7 @@ static int switched(amble_controller *c, double t, unsigned flags) {
     if (landing ? (flags & c->clear & landing) != landing : (flags & SWITCH[i].lifting) != 0) continue;
     c->stance = SWITCH[i].target;
     c->entry = t;
-    return 1;
+@TURN_HEADING@    return 1;
   }
   return 0;
 }
@@ -135,6 +135,7 @@ unsigned amble_enter(amble_controller *c, int stance, double t) {
   c->last = t;
   c->pivot = 0.0;
   c->margin = 0.0;
+  c->heading = 0.0;
   c->clear = 0;
   for (i = 0; i < AMBLE_WORK; i++) c->work[i] = 0.0;
   for (i = 0; i < AMBLE_INTEGERS; i++) c->integers[i] = 0;

@@ -68,13 +68,15 @@ typedef struct {
   double entry;   /* time at which the stance was entered */
   double pivot;   /* smallest pivot of the last evaluation: its distance from lost rank */
   double margin;  /* of the last evaluation: smallest distance to a friction or normal force limit, N */
+  double heading; /* of a gait that turns, at the entry of its cycle: where x of its laws points in the world, rad */
   unsigned clear; /* feet that have been off the ground since they last stood, one bit a foot */
   double last;    /* time of the last step, or of the entry */
   double work[AMBLE_WORK];
   long long integers[AMBLE_INTEGERS];
 } amble_controller;
 
-/* Begin in a stance at time t. Returns AMBLE_OK, or AMBLE_BAD_CLOCK where the stance or the time is not valid. */
+/* Begin in a stance at time t. A gait that turns begins with its heading along the world's x; set `heading` behind this
+ * where the robot faces another way at the entry of the cycle. Returns AMBLE_OK, or AMBLE_BAD_CLOCK where the stance or the time is not valid. */
 unsigned amble_enter(amble_controller *controller, int stance, double t);
 
 /* One tick.
