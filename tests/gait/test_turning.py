@@ -78,7 +78,7 @@ def test_the_derivative_is_that_of_the_world_turned_back(gait: Gait) -> None:
         along /= np.linalg.norm(along)
         ahead, behind = (never_turned_back(gait, state + sign * 1e-4 * along) for sign in (1.0, -1.0))
         expected = exact @ along
-        np.testing.assert_allclose((ahead - behind) / 2e-4, expected, atol=1e-4 * np.linalg.norm(exact, 2))
+        np.testing.assert_allclose((ahead - behind) / 2e-4, expected, atol=1e-4 * float(np.linalg.norm(exact, 2)))
 
 
 @pytest.mark.parametrize("angle", [2.5])
