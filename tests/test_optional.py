@@ -54,9 +54,9 @@ def imports(tree: ast.AST, function: ast.AST | None = None) -> Iterator[tuple[as
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             continue
-        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        names += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
-        yield from ((function, node.lineno, name.split(".")[0]) for name in names)
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            named = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+            yield from ((function, node.lineno, name.split(".")[0]) for name in named if name)
         yield from imports(node, node if isinstance(node, ast.FunctionDef) else function)
 
 

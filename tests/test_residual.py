@@ -25,7 +25,7 @@ def test_a_value_passes_within_bounds_and_slack(value: float, violation: float, 
 def test_worst_first_sorts_by_failure_and_violation() -> None:
     generator = np.random.default_rng(5)
     drawn = [
-        Residual(str(k), *np.sort(generator.normal(size=2)).round(1)[[0]], generator.normal(), 1.0, slack=slack)
+        Residual(str(k), np.sort(generator.normal(size=2)).round(1)[0], generator.normal(), 1.0, slack=slack)
         for k, slack in enumerate(generator.choice([0.0, 0.5], 60))
     ]
     ordered = worst_first(drawn)

@@ -65,6 +65,6 @@ def test_rank_correlation_is_spearmans() -> None:
     second = first + generator.normal(0.0, 3.0, 40)
     assert rank_correlation(first, second) == pytest.approx(stats.spearmanr(first, second).statistic, abs=1e-12)
     ranks = [np.array([np.sum(part < x) + 0.5 * np.sum(part == x) for x in part]) for part in (first, second)]
-    assert rank_correlation(first, second) == pytest.approx(np.corrcoef(*ranks)[0, 1], abs=1e-12)
+    assert rank_correlation(first, second) == pytest.approx(np.corrcoef(ranks[0], ranks[1])[0, 1], abs=1e-12)
     assert rank_correlation([1.0, 1.0], [1.0, 2.0]) is None
     assert rank_correlation([1.0], [1.0]) is None

@@ -49,8 +49,8 @@ def test_it_closes_modulo_its_way_and_its_turn(gait: Gait) -> None:
             np.asarray(kinematics.foot_position(gait.robot, foot, q)).ravel()
             for q in (first.positions[0], last.positions[-1])
         )
-        np.testing.assert_allclose(end, base + [x, y, 0.0] + about @ (begin - base), atol=1e-7)
-    np.testing.assert_allclose(last.positions[-1, 6:], first.positions[0, 6:], atol=1e-7)
+        np.testing.assert_allclose(end, base + [x, y, 0.0] + about @ (begin - base), atol=1e-8)
+    np.testing.assert_allclose(last.positions[-1, 6:], first.positions[0, 6:], atol=1e-8)
 
 
 def test_its_check_sees_another_command(gait: Gait) -> None:
@@ -66,7 +66,7 @@ def test_its_check_sees_another_command(gait: Gait) -> None:
 def test_several_cycles_hang_together(gait: Gait) -> None:
     samples = samples_of_gait(gait, cycles=3)
     joins = np.flatnonzero(np.diff(samples.segments))
-    np.testing.assert_allclose(samples.positions[joins], samples.positions[joins + 1], atol=1e-7)
+    np.testing.assert_allclose(samples.positions[joins], samples.positions[joins + 1], atol=1e-8)
     x, y, _ = gait.command.way(3.0 * gait.period)
     way = samples.positions[-1, :2] - samples.positions[0, :2]
     np.testing.assert_allclose(way, [x, y], atol=1e-6)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from amble.control.motion_equations import SMALLEST_PIVOT
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.gait.clearances import Motor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +24,7 @@ class ContactBounds:
         pivot: smallest pivot of the decoupling equations.
         torques: joint name -> largest |torque|, N m; a joint that is not named has no bound.
         speeds: joint name -> largest |rate|, rad/s; a joint that is not named has no bound.
+        motors: joint name -> its largest torque over its speed; a joint that is not named has none.
 
     Raises:
         InputError: where a bound is negative or not a number.
@@ -36,6 +38,7 @@ class ContactBounds:
     pivot: float
     torques: Mapping[str, float]
     speeds: Mapping[str, float]
+    motors: Mapping[str, Motor] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse bounds that nothing can keep."""
@@ -73,4 +76,5 @@ class ContactBounds:
             pivot=pivot,
             torques=gait.limits.torques,
             speeds=gait.limits.speeds,
+            motors=gait.limits.motors,
         )

@@ -188,15 +188,19 @@ def _foot_rows(
 
 
 def _joint_rows(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) -> list[Residual]:
-    """Largest |torque| and |speed| of every joint that has such a limit."""
+    """Largest |torque|, |speed| and share of its motor's line of every joint that has such a limit."""
     robot = pattern.robot
-    torque = np.abs(signal(trace, "torque"))
-    speed = np.abs(trace.state[:, robot.size + robot.base.size :])
+    torques, speeds = signal(trace, "torque"), trace.state[:, robot.size + robot.base.size :]
+    torque, speed = np.abs(torques), np.abs(speeds)
     rows = []
     for column, joint in enumerate(robot.joint_names):
         for what, values, limits in (("torque", torque, bounds.torques), ("speed", speed, bounds.speeds)):
             if joint in limits:
                 rows.append(_worst(f"{joint} {what}", what, values[:, column], (0.0, limits[joint]), trace, False))
+        if joint in bounds.motors:
+            motor = bounds.motors[joint]
+            used = np.abs(torques[:, column] / motor.stall_torque + speeds[:, column] / motor.no_load_speed)
+            rows.append(_worst(f"{joint} torque over speed", "motor", used, (0.0, 1.0), trace, False))
     return rows
 
 

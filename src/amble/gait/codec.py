@@ -13,6 +13,7 @@ from amble.control import PHASES, DomainOutputs, Outputs, Phase
 from amble.control.allocation.registry import LAWS
 from amble.control.outputs import controllable
 from amble.errors import InputError
+from amble.gait.clearances import Clearances, Motor
 from amble.gait.control_law import CONTROL_LAWS
 from amble.gait.cost import COSTS, TORQUE_SQUARED, Cost
 from amble.gait.impedance import Impedance  # noqa: F401  (registers it)
@@ -74,6 +75,14 @@ def outputs_codec(pattern: GaitPattern, phase: Phase) -> Record:
     )
 
 
+CLEARANCES = Record(
+    lambda box, **lengths: Clearances(box=None if box is None else (box[0], box[1], box[2]), **lengths),
+    {"knees": Optional(Number("m")), "corners": Optional(Number("m")), "box": Optional(Array("m", 3)),
+     "legs": Optional(Number("m"))},
+)  # fmt: skip
+MOTOR = Record(Motor, {"stall_torque": Number("N m"), "no_load_speed": Number("rad/s")})
+
+
 def limits_codec(pattern: GaitPattern) -> Record:
     """Describe the bounds, without those of the ground."""
     robot = pattern.robot
@@ -82,7 +91,7 @@ def limits_codec(pattern: GaitPattern) -> Record:
     positions = {name: Interval(unit_of(name), infinite=True) for name in robot.coordinate_names}
     landing = dict.fromkeys(AXES, Interval("m/s", infinite=True))
     return Record(
-        dict,
+        lambda motors, **bounds: Limits(motors=motors or {}, **bounds),
         {
             "durations": ByName("domain", dict.fromkeys(solved(pattern), Interval("s", infinite=True))),
             "positions": ByName("coordinate", positions),
@@ -93,7 +102,10 @@ def limits_codec(pattern: GaitPattern) -> Record:
             "normal_force": Number("N", infinite=True),
             "clearance": Number("m", infinite=True),
             "standing_force": Optional(Number("N", infinite=True)),
+            "clearances": Optional(CLEARANCES),
+            "motors": Optional(ByName("joint", dict.fromkeys(robot.joint_names, MOTOR))),
         },
+        take=lambda limits: {**vars(limits), "motors": limits.motors or None},
     )
 
 
@@ -245,7 +257,6 @@ GAIT_FIELDS: Mapping[str, Field] = {
 
 def _take(gait: Gait) -> Json:
     """Return the parts of a gait as the file divides them."""
-    limits = vars(gait.limits)
     return {
         **vars(gait),
         "robot": gait.robot,
@@ -258,7 +269,7 @@ def _take(gait: Gait) -> Json:
         "lateral_speed": gait.lateral_speed or None,
         "yaw_rate": gait.yaw_rate or None,
         "cost": None if gait.cost == TORQUE_SQUARED else gait.cost,
-        "limits": limits,
+        "limits": gait.limits,
         "mesh": {
             "name": "hermite-simpson",
             "intervals": {domain.name: (domain.times.size - 1) // 2 for domain in gait.domains},
@@ -279,7 +290,7 @@ def _build(**parts: Any) -> Gait:
         lateral_speed=parts["lateral_speed"] or 0.0,
         yaw_rate=parts["yaw_rate"] or 0.0,
         gains=gains,
-        limits=Limits(**parts["limits"]),
+        limits=parts["limits"],
         domains=tuple(DomainTrajectory(name=name, **domains[name]) for name in solved(parts["pattern"])),
         solver=parts["solver"],
         feedback=parts["feedback"],

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 
 from amble.errors import InputError
+from amble.gait.clearances import Clearances, Motor
 from amble.io.quantities import unit_of
 from amble.residual import Residual
 from amble.robot import Robot
@@ -48,6 +49,8 @@ class Limits:
         standing_force: smallest normal force of a stance foot that stays, and at the entry of one that leaves by its
             force, whose bound falls from there to ``normal_force`` linearly in time, N; by default ``normal_force``. A
             foot that hardly carries lifts off too early after a small disturbance.
+        clearances: least distances of knees and base from the ground and of legs from each other; none by default.
+        motors: joint name -> its largest torque over its speed; none by default.
     """
 
     durations: Mapping[str, Interval]
@@ -59,6 +62,8 @@ class Limits:
     normal_force: float
     clearance: float
     standing_force: float | None = None
+    clearances: Clearances | None = None
+    motors: Mapping[str, Motor] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that every bound leaves room.

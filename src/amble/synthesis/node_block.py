@@ -19,6 +19,7 @@ from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.parts import ACCELERATION, RATE
 from amble.synthesis.block import Block, Label
+from amble.synthesis.clearance_rows import clearance_rows
 from amble.synthesis.layout import MARGIN, DomainLayout, Layout, least_normal_force
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.rows import RowKind
@@ -87,17 +88,22 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
     swing = [name for name in robot.foot_names if name not in feet]
     gaps = [contacts.ground.gap(kinematics.foot_position(robot, name, q)) for name in swing]
     tilted, tilted_labels = _tilted_rows(contacts, q, local)
+    asked = clearance_rows(problem, contacts, q, v, u)
     labels = (
         _equality_labels(problem, domain, contacts, law.shape[0])
         + RowKind.FRICTION.labels((f"friction {name} {side}" for name in feet for side in foot.sides), "N")
         + RowKind.HEIGHT.labels((f"height {name}" for name in swing), "m")
         + tilted_labels
         + RowKind.PHASE_RATE.labels(["rate of the phase"] * growth.shape[0], "1")
+        + asked.labels
     )
     equalities = robot.size + contact.shape[0] + outputs.shape[0] + law.shape[0]
     lower, upper = _bounds(problem, domain, equalities, swing)
-    lower = np.hstack([lower, np.full((domain.nodes, growth.shape[0]), SLOWEST)])
-    upper = np.hstack([upper, np.full((domain.nodes, growth.shape[0]), np.inf)])
+    least, most = [SLOWEST] * growth.shape[0] + asked.lower, [np.inf] * growth.shape[0] + asked.upper
+    lower, upper = (
+        np.hstack([bounds, np.tile(np.array(further, dtype=np.float64), (domain.nodes, 1))])
+        for bounds, further in ((lower, least), (upper, most))
+    )
     instant = Instant(contacts=contacts, positions=q, velocities=v, accelerations=a, torques=u, forces=lam, duration=T)
     variables = ca.vertcat(q, v, a, u, lam, T, ca.vec(alpha), numbers, period)
     common = np.concatenate([domain.duration, domain.coefficients, domain.phase_numbers, layout.period])
@@ -107,7 +113,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
         variables=variables,
         constants=ca.vertcat(share, weight),
         parameters=parameters.packed(),
-        rows=ca.vertcat(motion, contact, outputs, law, cones, *gaps, *tilted, growth),
+        rows=ca.vertcat(motion, contact, outputs, law, cones, *gaps, *tilted, growth, *asked.rows),
         cost=weight * T / period * problem.cost.running(instant),  # its mean, with the scheme's own quadrature weights
         labels=tuple(labels),
         columns=columns,

@@ -10,6 +10,7 @@ from amble.amounts import check_amount
 from amble.control import AllocationLaw, Outputs, PseudoInverse, joint_outputs
 from amble.errors import InputError, UnknownNameError, printable
 from amble.gait import Limits
+from amble.gait.clearances import check_clearances
 from amble.gait.command import Command
 from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.gait.limits import SLOWEST_LANDING, highest_landing
@@ -88,6 +89,8 @@ class GaitProblem:
                 raise InputError(f"the limits have no bounds for the duration of domain '{stance.name}'")
         _known("joint", (*limits.speeds, *limits.torques), robot.joint_names)
         _known("coordinate", limits.positions, robot.coordinate_names)
+        _known("joint with a motor", limits.motors, robot.joint_names)
+        check_clearances(robot, limits.clearances)
         _comes_down(limits, robot)
         leaving = [foot for switch in self.pattern.switches for foot in switch.leaving]
         if leaving and not limits.normal_force > 0.0:

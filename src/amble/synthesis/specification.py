@@ -177,8 +177,24 @@ class BaseSection(Section):
     yaw: AngleRange | None = None
 
 
+class ClearancesSection(Section):
+    """Least distances of knees and base corners from the ground and of left from right legs; the base's box."""
+
+    knees: Length | None = None
+    corners: Length | None = None
+    box: Point | None = None
+    legs: Length | None = None
+
+
+class MotorSection(Section):
+    """A motor's line of torque over speed, at the joint."""
+
+    stall_torque: Torque
+    no_load_speed: AngularSpeed
+
+
 class LimitsSection(Section):
-    """Bounds; ``duration``, ``torque`` and ``speed`` hold for all domains or joints that are not named on their own."""
+    """Bounds; ``duration``, ``torque``, ``speed`` and ``motor`` hold for all domains or joints not named themselves."""
 
     clearance: Length | None = None
     normal_force: Force | None = None
@@ -194,6 +210,9 @@ class LimitsSection(Section):
     base: BaseSection = BaseSection()
     joints: dict[str, AngleRange] = {}
     touchdown_velocity: TouchdownSection | None = None
+    clearances: ClearancesSection | None = None
+    motor: MotorSection | None = None
+    motors: dict[str, MotorSection] = {}
 
 
 class GroundSection(Section):

@@ -12,6 +12,7 @@ from amble.control.outputs import joint_outputs
 from amble.control.phase import PHASES
 from amble.errors import InputError, UnknownNameError, listed
 from amble.gait import Limits
+from amble.gait.clearances import Clearances, Motor
 from amble.gait.cost import COSTS
 from amble.gait.limits import Interval
 from amble.gait.style import Style  # noqa: F401  (registers it)
@@ -28,6 +29,7 @@ from amble.types import frozen
 
 if TYPE_CHECKING:
     from amble.synthesis.specification import (
+        ClearancesSection,
         GaitSection,
         GroundSection,
         LimitsSection,
@@ -175,7 +177,24 @@ def _limits(section: LimitsSection, default: Limits, robot: Robot) -> Limits:
         normal_force=_given(section.normal_force, default.normal_force),
         clearance=_given(section.clearance, default.clearance),
         standing_force=_standing(section, default),
+        clearances=_clearances(section.clearances),
+        motors=_motors(section, names),
     )
+
+
+def _clearances(section: ClearancesSection | None) -> Clearances | None:
+    if section is None:
+        return None
+    box = None if section.box is None else (section.box[0], section.box[1], section.box[2])
+    return Clearances(knees=section.knees, corners=section.corners, box=box, legs=section.legs)
+
+
+def _motors(section: LimitsSection, names: Sequence[str]) -> dict[str, Motor]:
+    common = {} if section.motor is None else dict.fromkeys(names, section.motor)
+    given = _merged("joint", names, common, section.motors)
+    return {
+        name: Motor(stall_torque=each.stall_torque, no_load_speed=each.no_load_speed) for name, each in given.items()
+    }
 
 
 def _posture(section: PostureSection | None, robot: Robot) -> Posture:

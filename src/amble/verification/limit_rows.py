@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amble.residual import Residual
+from amble.verification.clearance_rows import clearance_residuals
 from amble.verification.domain_rows import SampledDomain
 from amble.verification.residuals import limit, sizes
 
@@ -25,6 +26,7 @@ def limit_residuals(domain: SampledDomain, tolerance: float, slack: float) -> li
         *_swing(domain, tolerance, slack),
         *_positions(domain, slack),
         *_rates(domain, slack),
+        *clearance_residuals(domain, slack),
     ]
 
 

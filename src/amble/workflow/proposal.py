@@ -208,6 +208,7 @@ def _as_read(section: RobotSection, robot: Robot) -> bool:
 
 def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
     robot = problem.pattern.robot
+    tenth = round(0.1 * robot.leg_length, 6)
     touchdown = dict(zip("xyz", limits.touchdown_velocity, strict=True))
     return [
         "[limits]",
@@ -238,6 +239,16 @@ def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
         "",
         "[limits.touchdown_velocity]  # of a landing foot just before the impact: forward, to the left, upward, m/s",
         *_ranges(touchdown),
+        "",
+        "# [limits.clearances]  # rows for parts that may touch; these are a tenth of the leg length",
+        f"# knees = {tenth!r}  # m above the ground, joints of legs but for those that hang on the base",
+        f"# corners = {tenth!r}  # m above the ground, lower corners of the base's box",
+        "# box = [0.3, 0.2, 0.1]  # m, lengths of the box about the base's origin",
+        f"# legs = {tenth!r}  # m, of left feet and joints from their right twins",
+        "",
+        "# [limits.motor]  # line of torque over speed of all motors; of single ones in [limits.motors], by joint",
+        '# stall_torque = "40 N m"',
+        '# no_load_speed = "30 rad/s"',
     ]
 
 
