@@ -34,14 +34,18 @@ def init(
 ) -> None:
     """Write the specification of a robot's gait with every default filled in, for `amble synthesize`.
 
-    Feet that are not named are proposed by their position, and written into the file.
+    Feet that are not named are proposed by their position, and written into the file. The posture is that of the SRDF
+    file beside the robot's, where there is one.
     """
     from amble.io.storage import atomic_write
     from amble.synthesis.specified import problem_of
-    from amble.workflow.proposal import written
+    from amble.workflow.proposal import with_file_posture, written
 
     asked = options.specification(robot, feet, gait, speed, symmetrize, True, lateral, yaw_rate, cost)
+    asked, source = with_file_posture(asked)
     problem = problem_of(asked)
+    if source:
+        show(f"posture: {source}")
     if feet is None and asked.robot.feet:
         listing = ", ".join(f"{label} = {frame}" for label, frame in asked.robot.feet.items())
         show(f"feet by position, to be confirmed: {listing}")

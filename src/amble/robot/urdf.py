@@ -97,10 +97,10 @@ def read_urdf(path: Path) -> FileRobot:
     return FileRobot(root.get("name") or path.stem, links, joints, _unused(root, path))
 
 
-def parsed_urdf(path: Path) -> ElementTree.Element:
-    """Return the root element of a URDF file; errors as in ``read_urdf``."""
-    name = f"robot file '{shown_path(path)}'"
-    text = _decoded(read_bytes(path, "robot file", LARGEST), name)
+def parsed_urdf(path: Path, what: str = "robot file", kind: str = "URDF") -> ElementTree.Element:
+    """Return the root element of a URDF file, or of another whose root is a robot; errors as in ``read_urdf``."""
+    name = f"{what} '{shown_path(path)}'"
+    text = _decoded(read_bytes(path, what, LARGEST), name)
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
@@ -113,7 +113,7 @@ def parsed_urdf(path: Path) -> ElementTree.Element:
         if space and tag.startswith(space.group()):
             element.tag = tag[space.end() :]  # a default namespace changes nothing of what a URDF means
     if root.tag != "robot":
-        raise InputError(f"{name} is not a URDF: its root element is '{shown(root.tag)}', not 'robot'")
+        raise InputError(f"{name} is not a {kind}: its root element is '{shown(root.tag)}', not 'robot'")
     return root
 
 

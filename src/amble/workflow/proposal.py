@@ -16,8 +16,16 @@ from amble.gait.limits import Interval, Limits
 from amble.hybrid import ONE_BY_ONE, Plane
 from amble.robot import Robot, catalogue
 from amble.robot.loading import proposed_twins
+from amble.robot.srdf import srdf_posture
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.specification import RobotSection, SolverSection, Specification, specification_of
+from amble.synthesis.specification import (
+    PostureSection,
+    RobotSection,
+    SolverSection,
+    Specification,
+    specification_of,
+)
+from amble.synthesis.specified import robot_of
 
 BASE = ("z", "roll", "pitch", "yaw")
 
@@ -62,6 +70,22 @@ def described(
     if cost is not None:
         whole["cost"] = {"name": cost[0], "parameters": dict(cost[1])}
     return specification_of(whole, Path(robot).name)
+
+
+def with_file_posture(specification: Specification) -> tuple[Specification, str]:
+    """Return a specification that starts from the posture of the SRDF beside the robot's file, and where that is from.
+
+    The same and an empty text where the robot is the catalogue's, a posture is given, or no file states one.
+    """
+    section = specification.robot
+    if section.file is None or specification.posture is not None:
+        return specification, ""
+    found = srdf_posture(robot_of(section, Path()), section.file)
+    if found is None:
+        return specification, ""
+    posture = PostureSection(height=found.posture.height, angles=dict(found.posture.angles))
+    text = f"group state '{found.state}' of {found.file.name}"
+    return specification.model_copy(update={"posture": posture}), text
 
 
 def written(specification: Specification, problem: GaitProblem, folder: str | Path = ".") -> str:
@@ -201,8 +225,6 @@ def _value(value: Any) -> str:
 
 def _as_read(section: RobotSection, robot: Robot) -> bool:
     """Whether a robot is that of its section, not one with left and right averaged."""
-    from amble.synthesis.specified import robot_of
-
     return robot_of(section, Path()) == robot
 
 
