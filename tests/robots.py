@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from _pytest.mark import ParameterSet
 
 from amble.robot import Robot, catalogue, load_robot
 from amble.types import Matrix
@@ -38,15 +40,27 @@ EVERY_BASE = [*ROBOTS, PLANAR]
 """The same and a biped in the plane."""
 
 
+def _foreign(names: Iterable[str]) -> list[ParameterSet]:
+    marks = {name: pytest.mark.skipif(bool(FILES[name].absent), reason=FILES[name].absent) for name in names}
+    return [pytest.param(name, marks=[pytest.mark.slow, mark]) for name, mark in marks.items()]
+
+
+FOREIGN_QUADRUPEDS = _foreign(name for name, file in FILES.items() if len(file.frames) == 4 and name not in _FILES)
+"""The rest of the fleet's quadrupeds, for `make slow`."""
+
+FOREIGN = [*FOREIGN_QUADRUPEDS, *_foreign(["bolt"])]
+"""The same and a biped."""
+
+
 def path(name: str) -> Path:
     """The URDF file of a robot."""
     if name in CATALOGUE:
         return Path(str(resources.files("amble.robot.catalogue") / f"{name}.urdf"))
     if name == PLANAR:
         return Path(__file__).parent / "data" / "planar-biped.urdf"
-    if _FILES[name].absent:
-        pytest.skip(_FILES[name].absent)
-    return _FILES[name].place()
+    if FILES[name].absent:
+        pytest.skip(FILES[name].absent)
+    return FILES[name].place()
 
 
 @lru_cache(maxsize=16)
@@ -56,7 +70,8 @@ def robot(name: str) -> Robot:
         return catalogue.load(name)
     if name == PLANAR:
         return load_robot(path(name), {"l": "l_foot", "r": "r_foot"}, twins=[("l", "r")], name=name)
-    return load_robot(path(name), _FILES[name].feet, name=name, symmetry_tolerance=SYMMETRY_TOLERANCE)
+    tolerance = SYMMETRY_TOLERANCE if name in _FILES else 1.0
+    return load_robot(path(name), FILES[name].feet, name=name, symmetry_tolerance=tolerance)
 
 
 def random_states(of: Robot, count: int, seed: int = 0) -> tuple[Matrix, Matrix]:

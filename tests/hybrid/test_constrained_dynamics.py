@@ -16,7 +16,7 @@ from amble.robot import Robot, dynamics, kinematics
 from amble.types import Matrix, Vector
 from tests.oracle import oracle
 from tests.robot.sampling import relative_error
-from tests.robots import ROBOTS, random_states, robot
+from tests.robots import FOREIGN_QUADRUPEDS, ROBOTS, random_states, robot
 
 STATES = 1000
 STANCES = {1: ("fr",), 2: ("fr", "rl"), 3: ("fl", "fr", "rl"), 4: ("fl", "fr", "rl", "rr")}
@@ -62,7 +62,7 @@ class Case:
         return solution[:, : self.model.size], solution[:, self.model.size :]
 
 
-@pytest.fixture(params=ROBOTS)
+@pytest.fixture(params=[*ROBOTS, *FOREIGN_QUADRUPEDS])
 def name(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 

@@ -11,7 +11,7 @@ from amble.robot import Robot, dynamics
 from amble.types import Matrix
 from tests.oracle import Oracle, oracle
 from tests.robot.sampling import relative_error, sampled, theirs
-from tests.robots import EVERY_BASE, random_states, robot
+from tests.robots import EVERY_BASE, FOREIGN, random_states, robot
 
 STATES = 1000
 
@@ -20,7 +20,7 @@ STATES = 1000
 TOLERANCE = 1e-10
 
 
-@pytest.fixture(params=EVERY_BASE)
+@pytest.fixture(params=[*EVERY_BASE, *FOREIGN])
 def name(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 

@@ -10,10 +10,10 @@ from amble.robot import dynamics, kinematics
 from amble.robot.newton_euler import base_inertial_parameters
 from amble.types import Matrix
 from tests.robot.sampling import relative_error, sampled
-from tests.robots import ROBOTS, random_states, robot
+from tests.robots import FOREIGN, ROBOTS, random_states, robot
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", [*ROBOTS, *FOREIGN])
 def test_the_base_carries_all_mass(name: str) -> None:
     model = robot(name)
     base, *others = base_inertial_parameters(model)
@@ -24,7 +24,7 @@ def test_the_base_carries_all_mass(name: str) -> None:
         np.testing.assert_allclose(body.inertia, body.inertia.T, atol=1e-15)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", [*ROBOTS, *FOREIGN])
 def test_kinetic_energy_is_that_of_the_links_as_they_are(name: str) -> None:
     """1/2 m c'.c' + 1/2 w.I w summed over the links of the file, velocities by derivatives of their poses."""
     model = robot(name)

@@ -11,6 +11,7 @@ import numpy as np
 from amble.control import AllocationLaw, Redundancy
 from amble.hybrid import Contacts, constrained_dynamics
 from amble.robot import Robot
+from amble.robot.proposal import nominal_posture
 from amble.types import Matrix, Vector
 from tests import robots
 
@@ -18,6 +19,8 @@ FEET = {2: ("fl", "rr"), 3: ("fl", "fr", "rr"), 4: ("fl", "fr", "rl", "rr")}
 FRICTION, NORMAL = 0.6, 5.0
 _KNEE = {"astro": (0.5, 0.38, 1.16), "go2": (0.0, 0.8, -1.6), "anymal_b": (0.0, 0.5, -1.0), "solo12": (0.0, 0.8, -1.6)}
 NAMES = ("astro", "go2", "anymal_b")
+FOREIGN = [each for each in robots.FOREIGN_QUADRUPEDS if each.values[0] != "solo8"]
+"""Robots of twelve joints for `make slow`."""
 PARTS = ("torques", "torque_basis", "forces", "force_basis", "speeds")
 
 
@@ -81,6 +84,8 @@ def random_postures(name: str, count: int, seed: int) -> tuple[Matrix, Matrix]:
     robot = robots.robot(name)
     generator = np.random.default_rng(seed)
     q = generator.normal(0.0, 0.15, (count, robot.size))
+    if name not in _KNEE:
+        return q + nominal_posture(robot).coordinates(robot), generator.normal(0.0, 1.0, (count, robot.size))
     for leg, joints in robot.legs.items():
         mirrored = 1.0 if name != "astro" or leg in ("fl", "rr") else -1.0
         angles = _KNEE[name] if name != "anymal_b" or leg[0] == "f" else tuple(-a for a in _KNEE[name])
@@ -101,7 +106,9 @@ def samples(name: str, count: int, number: int, seed: int = 0, spread: float = 0
     """
     robot, function = robots.robot(name), dynamics(name, count)
     generator = np.random.default_rng(seed + 1)
-    effort = np.array([joint.effort for joint in robot.joints])
+    effort = np.array([min(joint.effort, robot.mass * robot.gravity * robot.leg_length) for joint in robot.joints])
+    if name in _KNEE:
+        effort = np.array([joint.effort for joint in robot.joints])
     found = []
     for q, v in zip(*random_postures(name, number, seed), strict=True):
         _, _, free, slope, null, force_basis = (np.asarray(part.full()) for part in function(q, v))

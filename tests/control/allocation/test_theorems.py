@@ -22,12 +22,12 @@ from amble.control.virtual_constraints import VirtualConstraints, pack
 from amble.hybrid import Contacts, Stance
 from amble.hybrid.internal_forces import point_forces
 from tests import robots
-from tests.control.allocation.stances import NAMES, allocate, dynamics, random_postures, samples, stance_feet
+from tests.control.allocation.stances import FOREIGN, NAMES, allocate, dynamics, random_postures, samples, stance_feet
 
 TABLE = {2: (11, 1), 3: (9, 3), 4: (6, 6)}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *FOREIGN])
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_rank_and_null_space_are_those_of_the_table(name: str, count: int) -> None:
     rank, free = TABLE[count]
@@ -83,7 +83,7 @@ def laws(name: str) -> list[AllocationLaw]:
     ]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *FOREIGN])
 def test_all_laws_cause_the_same_acceleration(name: str) -> None:
     """The whole linearisation under every law, at random states and random references."""
     robot = robots.robot(name)
@@ -110,7 +110,7 @@ def test_all_laws_cause_the_same_acceleration(name: str) -> None:
             assert np.linalg.norm(torque) >= least * (1.0 - 1e-9)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *FOREIGN])
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_any_choice_keeps_the_acceleration(name: str, count: int) -> None:
     function = dynamics(name, count)
@@ -158,7 +158,7 @@ def test_dropping_a_swing_joint_makes_the_decoupling_singular(name: str) -> None
             assert (condition < 1e8) if regular else (condition > 1e12)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *FOREIGN])
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_null_torques_have_no_net_power_where_the_feet_rest(name: str, count: int) -> None:
     """docs/theory/energy.md, eq. 8: so the mechanical work of all joints together does not depend on the law."""
