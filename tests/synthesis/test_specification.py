@@ -95,6 +95,10 @@ def test_every_unit_is_read(dimension: str, unit: str) -> None:
         ("3.6 km/h", "speed", 1.0),
         ("60 rpm", "angular speed", 2.0 * math.pi),
         ("5   N  m", "torque", 5.0),
+        ("0.4m/s", "speed", 0.4),
+        ("-1.5e-1rad", "angle", -0.15),
+        ("2.rad/s^2", "acceleration", 2.0),
+        ("10%", "ratio", 0.1),
         (7, "force", 7.0),
     ],
 )
@@ -103,7 +107,8 @@ def test_units_are_right(text: str, dimension: str, value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "value", ["", "fast", "0.2", "0.2 ms", "x m/s", True, None, [1.0], math.nan, math.inf, "nan m/s"]
+    "value",
+    ["", "fast", "0.2", "0.2 ms", "0.2ms", "0.2e", "m/s", "x m/s", True, None, [1.0], math.nan, math.inf, "nan m/s"],
 )
 def test_what_is_not_a_quantity_is_refused(value: Any) -> None:
     with pytest.raises(ValueError, match=r"known: m/s|not a|begin with a number"):
@@ -120,6 +125,20 @@ def test_the_catalogue_completes_a_short_specification(tmp_path: Path) -> None:
     assert found.limits.durations == {"D1": bounds.duration, "D2": bounds.duration}
     assert found.limits.positions == bounds.positions
     assert set(found.limits.torques.values()) == {bounds.torque}
+
+
+def test_a_file_may_be_named_from_the_users_folder(
+    tmp_path: Path, own_robot: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
+    home.mkdir()
+    elsewhere.mkdir()
+    name = next(path.name for path in tmp_path.iterdir() if path.suffix == ".urdf")
+    (tmp_path / name).rename(home / name)
+    monkeypatch.setenv("HOME", str(home))
+    assert problem(elsewhere, own_robot.replace(f'"{name}"', f'"~/{name}"')).pattern.robot.source == name
+    with pytest.raises(InputError, match="home folder of nobody known here"):
+        problem(elsewhere, own_robot.replace(f'"{name}"', f'"~nobody-of-this-name/{name}"'))
 
 
 def test_a_long_specification_is_read_completely(tmp_path: Path, own_robot: str) -> None:

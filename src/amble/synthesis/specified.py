@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from amble.control.laws import law_for
 from amble.control.outputs import joint_outputs
 from amble.control.phase import PHASES
-from amble.errors import InputError, UnknownNameError, listed
+from amble.errors import InputError, UnknownNameError, listed, shown
 from amble.gait import Limits
 from amble.gait.clearances import Clearances, Motor
 from amble.gait.cost import COSTS
@@ -95,7 +95,7 @@ def robot_of(section: RobotSection, folder: Path) -> Robot:
         raise InputError("[robot] with a file needs feet: labels and the links or joints they stand for")
     twins = None if section.twins is None else [(left, right) for left, right in section.twins]
     robot = load_robot(
-        folder / str(section.file),
+        folder / _at_home(str(section.file)),
         section.feet,
         section.gravity,
         twins=twins,
@@ -104,6 +104,14 @@ def robot_of(section: RobotSection, folder: Path) -> Robot:
         adaptation=_adaptation(section),
     )
     return lowered(robot, section.foot_radius) if section.foot_radius else robot
+
+
+def _at_home(path: str) -> Path:
+    """Return a path whose ~ at the beginning is the user's folder, as in a shell."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        raise InputError(f"the path '{shown(path)}' begins with the home folder of nobody known here") from None
 
 
 def _adaptation(section: RobotSection) -> Adaptation:
