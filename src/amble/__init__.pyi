@@ -100,6 +100,7 @@ from amble.simulation import Trace as Trace
 from amble.simulation import load_trace as load_trace
 from amble.simulation import save_trace as save_trace
 from amble.simulation import simulate as simulate
+from amble.simulation.steering import Steered as Steered
 from amble.simulation.walk import ENGINES as ENGINES
 from amble.stability import Certificate as Certificate
 from amble.stability import FixedPoint as FixedPoint
@@ -137,11 +138,15 @@ from amble.view import replay as replay
 from amble.workflow import Library as Library
 from amble.workflow import LibraryEntry as LibraryEntry
 from amble.workflow import Run as Run
+from amble.workflow import Transitions as Transitions
 from amble.workflow import build_library as build_library
 from amble.workflow import load_library as load_library
+from amble.workflow import load_transitions as load_transitions
 from amble.workflow import reproduce as reproduce
 from amble.workflow import rewrite_report as rewrite_report
+from amble.workflow import steer as steer
 from amble.workflow import synthesize_specification as synthesize_specification
+from amble.workflow import transitions as transitions
 from amble.workflow.robustness import robustness as robustness
 
 __version__: str
@@ -222,6 +227,7 @@ __all__ = [
     "Specification",
     "Spectrum",
     "Stance",
+    "Steered",
     "Style",
     "Symmetry",
     "Table",
@@ -229,6 +235,7 @@ __all__ = [
     "TorqueSquared",
     "Trace",
     "Transition",
+    "Transitions",
     "TrialSettings",
     "UnknownNameError",
     "WeightedMinimumNorm",
@@ -257,6 +264,7 @@ __all__ = [
     "load_library",
     "load_robot",
     "load_trace",
+    "load_transitions",
     "monitors",
     "monodromy",
     "multipliers",
@@ -280,10 +288,12 @@ __all__ = [
     "stance_table",
     "standing_posture",
     "start_state",
+    "steer",
     "sweep",
     "symmetrized",
     "synthesize",
     "synthesize_specification",
+    "transitions",
     "unilateral_loop",
     "unilateral_start",
     "validate",

@@ -40,6 +40,9 @@ TO_POWERS = np.stack(
     axis=1,
 )
 
+FAR = 1e30
+"""Where pieces begin that are never reached, s."""
+
 Curve = Callable[[Vector], Matrix]
 """Times (k,), s -> values (k, rows). ``fitted`` always asks for as many times as there are ``SAMPLES``."""
 
@@ -152,10 +155,10 @@ def padded(pieces: Pieces, count: int) -> tuple[Vector, NodeValues]:
 
     Args:
         pieces: the pieces.
-        count: how many there shall be; their starts lie at infinity's stand-in, 1e30 s.
+        count: how many there shall be.
     """
     more = count - pieces.count
-    starts = np.concatenate([pieces.breaks[:-1], np.full(more, 1e30)])
+    starts = np.concatenate([pieces.breaks[:-1], np.full(more, FAR)])
     halves = np.concatenate([0.5 * np.diff(pieces.breaks), np.ones(more)])
     blank = np.zeros((more, *pieces.coefficients.shape[1:]))
     return frozen(np.stack([starts, halves])), frozen(np.concatenate([pieces.coefficients, blank]))
