@@ -62,8 +62,8 @@ def prove(
 
     subject = _subject(system)
     if verify is not None:
-        with progress("verifying"):
-            verified(load_proof(verify), subject[0] if isinstance(subject, tuple) else subject)
+        with progress("verifying") as notify:
+            verified(load_proof(verify), subject[0] if isinstance(subject, tuple) else subject, notify)
         result(verified=True)
         show(f"every enclosure of '{verify}' was computed again and holds")
         return

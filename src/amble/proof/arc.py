@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from flint import arb, arb_mat
 
 from amble.progress import Progress, ProgressReport, silent
-from amble.proof.arithmetic import column, identity, inside, largest, radius, row_sum_norm, symmetric
+from amble.proof.arithmetic import ROOM, column, identity, inside, largest, radius, row_sum_norm, symmetric
 from amble.proof.errors import ProofError
 from amble.proof.glide import NEWTON_STEPS, crossing, wished_length
 from amble.proof.leg import Leg, Surface
@@ -67,14 +67,16 @@ def follow(
         start: the set at its entry.
         order: Q of the steps.
         tolerance: size of a step's remainder that the step length aims at.
-        lengths: of the steps, where they are known; otherwise they are searched.
+        lengths: of the steps, where they are known; otherwise they are searched, and margins are proved with room for
+            what another precision makes of them.
         most: steps.
         progress: called after every step.
 
     Raises:
         ProofError: what could not be proved, where, and how wide the set is there.
     """
-    clock, here, taken, watch = arb(0), start, list[arb](), leg.margins.watch()
+    clock, here, taken = arb(0), start, list[arb]()
+    watch = leg.margins.watch(ROOM if lengths is None else arb(0))
     wish = arb(0)
     while len(taken) < most:
         try:
@@ -224,7 +226,7 @@ def _cross(leg: Leg, clock: arb, here: MovingSet, lengths: list[arb], watch: Wat
     hull = here.hull()
     part, reach = _crossing_tube(leg, clock, hull)
     watch.require([part], leg.parameters)
-    landing = leg.landing.watch()
+    landing = leg.landing.watch(watch.room)
     landing.require([part], leg.parameters)
     _, along, _ = leg.exit.at(part.during, part.box, leg.parameters)
     _, speed = leg.rises(leg.exit, part)

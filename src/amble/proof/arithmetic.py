@@ -20,6 +20,9 @@ from amble.types import Matrix
 
 DIGITS = 40
 """Decimal digits of a written bound."""
+ROOM = arb(2) ** -4
+"""Share of its radius by which a ball is widened before anything is claimed of it. Another precision rounds in other
+places and, a little, turns boxes another way: where a claim is verified balls come out wider by up to 1e-4 of it."""
 
 
 @contextmanager
@@ -42,6 +45,11 @@ def symmetric(radius: arb) -> arb:
     """Return the ball about zero that holds every number of a size up to a ball's."""
     largest = radius.abs_upper()
     return (-largest).union(largest)
+
+
+def roomy(value: arb, share: arb = ROOM) -> arb:
+    """Return a ball whose radius is larger by a share of itself."""
+    return value + arb(0, (value.rad() * share).upper())
 
 
 def inside(inner: Sequence[arb], outer: Sequence[arb]) -> bool:

@@ -111,6 +111,8 @@ def contraction_on_ball(
     # steps need not be more accurate than the set is small
     coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * float(largest(radii))))
     found = coarse(orbit.centre, radii, lengths)
+    if lengths is None:
+        found = found.roomy()
     reduced = quotient(found.derivative, along)
     for rate in rates:
         if rate < 1.0 and contracts(reduced, weight, rate):

@@ -34,8 +34,9 @@ MOST_GROWTH = 3.0
 """Largest L h: Gronwall's factor is then below 21."""
 GENEROUS = 30, 20
 """By which reach and slack are taken larger than the first estimate: what is too much is taken back in (2)."""
-VARIATION_ORDER = 14
-"""Degree of Z: a variation needs fewer digits than a motion."""
+VARIATION_SHARE = 0.8
+"""Degree of Z as a share of that of z: a variation needs fewer digits than a motion, but at half the degree what it
+misses is all that is wide in the derivative."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +145,7 @@ def _growth(answer: arb_mat, weights: Vector) -> arb:
 def _slope(loop: LoopTapes, clock: arb, motion: Expansion, inverse: arb_mat, held: _Held, length: arb) -> arb_mat:
     """Return dx(h)/dx(0) for every start of the box, by equation (2)."""
     half = loop.size // 2
-    variation = vary(loop, clock, motion, VARIATION_ORDER)
+    variation = vary(loop, clock, motion, round(VARIATION_SHARE * (len(motion.solution) - 1)))
     slope, answer = (horner([sizes(k) for k in rows], length) for rows in (variation.slope, variation.solution))
     changed = held.tube.slope_change * slope + held.tube.matrix_change * answer
     total = variation_defect(loop, clock, motion, variation, length) + changed * held.share

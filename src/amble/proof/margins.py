@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 from flint import arb
 
+from amble.proof.arithmetic import roomy
 from amble.proof.errors import ProofError
 from amble.proof.step import Part
 from amble.proof.tape import Tape, record
@@ -49,9 +50,13 @@ class Margins:
             values=record(ca.Function("margins", list(symbols), ca.cse(results))),
         )
 
-    def watch(self) -> Watch:
-        """Start at the entry of a domain."""
-        return Watch(self)
+    def watch(self, room: arb) -> Watch:
+        """Start at the entry of a domain.
+
+        Args:
+            room: share of its radius by which every margin is widened.
+        """
+        return Watch(self, room)
 
 
 class Watch:
@@ -59,11 +64,12 @@ class Watch:
 
     Attributes:
         margins: what is watched.
+        room: share of its radius by which every margin is widened.
         lowest: the smallest lower bound so far, of those that were above zero.
     """
 
-    def __init__(self, margins: Margins) -> None:
-        self.margins = margins
+    def __init__(self, margins: Margins, room: arb) -> None:
+        self.margins, self.room = margins, room
         self.lowest: list[arb | None] = [None] * len(margins.names)
         self._rising = list(margins.rising)
 
@@ -84,7 +90,8 @@ class Watch:
             return
         for part in parts:
             values, rates = tape.balls([part.during], part.box, parameters, part.solution)
-            for number, (value, rate) in enumerate(zip(values, rates, strict=True)):
+            for number, (found, rate) in enumerate(zip(values, rates, strict=True)):
+                value = roomy(found, self.room)
                 rising[number] = rising[number] and bool(rate > 0)
                 if value > 0:
                     low, known = value.lower(), lowest[number]

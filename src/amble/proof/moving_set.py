@@ -9,6 +9,9 @@ box y, and slope J over the set, takes them to
 
 columns ordered by the length of B e along them, and likewise V' = mid(J V), Q' from J Q (Lohner 1988; Nedialkov and
 Jackson 1999, A new perspective on the wrapping effect). So the boxes turn with the flow and do not grow at each step.
+
+Behind an impact J is singular. Directions that it does not reach are completed from those that it does: taken from the
+factor as they come they would be rounding's, others in another precision, and a box would be another there.
 """
 
 from __future__ import annotations
@@ -21,6 +24,9 @@ from flint import arb, arb_mat
 
 from amble.proof.arithmetic import column, exact_matrix, identity, midpoints, symmetric
 from amble.types import Matrix
+
+SPANNED = 1e-9
+"""Share of a column's length that counts as none: rounding leaves 1e-13, and smaller true directions are no loss."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,9 +110,20 @@ class MovingSet:
 
 
 def _orthogonal(matrix: Matrix, weights: Matrix) -> arb_mat:
-    """Return an orthogonal matrix, rounded, that follows the columns in order of their weighted length."""
+    """Return an orthogonal matrix, rounded, that follows the columns in order of their weighted length.
+
+    A column that lies in the span of those before it gives no direction.
+    """
     lengths = np.linalg.norm(matrix, axis=0) * np.maximum(weights, np.finfo(float).tiny)
-    factor, _ = np.linalg.qr(matrix[:, np.argsort(-lengths, kind="stable")])
+    found = np.zeros((len(matrix), 0))
+    for values in matrix[:, np.argsort(-lengths, kind="stable")].T:
+        rest = values
+        for _ in range(2):  # once more, for what rounding left
+            rest = rest - found @ (found.T @ rest)
+        size = np.linalg.norm(rest)
+        if size > SPANNED * np.linalg.norm(values):
+            found = np.column_stack([found, rest / size])
+    factor, _ = np.linalg.qr(found, mode="complete")
     return exact_matrix(factor)
 
 

@@ -25,9 +25,8 @@ from amble.proof.orbit import ProvedOrbit
 from amble.proof.return_map import ReturnMap
 from amble.version import __version__
 
-OUTWARD = arb(2) ** -20
-"""Share of its radius by which a ball is widened before it is written: radii are rounded to 30 bits, differently in
-another precision."""
+EXTENT_SHARE = 1.0 - 2.0**-20
+"""Of a basin's extent, that is written: it is computed in floating point."""
 
 Decimal = Annotated[str, Field(pattern=r"^-?\d{1,200}(e-?\d{1,5})?$")]
 Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,200}p-?\d{1,5}$")]
@@ -57,8 +56,8 @@ class Found(_Part):
         basin_steps: for the ball.
     """
 
-    order: int = Field(ge=2, le=60)
-    bits: int = Field(ge=53, le=4096)
+    order: int = Field(ge=4, le=40)
+    bits: int = Field(ge=64, le=1024)
     centre: list[Dyadic]
     radii: list[Dyadic]
     steps: list[Steps]
@@ -184,7 +183,7 @@ def proof_of(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin | None, bits:
     proved = balls.model_copy(
         update={
             "basin_rate": None if basin is None else basin.rate,
-            "basin_extent": [] if basin is None else [float(value) for value in basin.extent],
+            "basin_extent": [] if basin is None else [float(value * EXTENT_SHARE) for value in basin.extent],
         }
     )
     software = {"amble": __version__, "python-flint": flint.__version__}
@@ -195,25 +194,15 @@ def orbit_balls(system: HybridSystem, orbit: ProvedOrbit) -> Proved:
     """Return what is proved of an orbit as pairs of decimals; no basin."""
     names = [symmetry.name for symmetry in system.symmetries]
     return Proved(
-        state={name: _pair(value) for name, value in zip(system.state_names, orbit.state, strict=True)},
-        shift={name: _pair(value) for name, value in zip(names, orbit.shift, strict=True)},
-        durations=[_pair(value) for value in orbit.durations],
-        margins=[{name: _bound(low) for name, low in margins.items()} for margins in orbit.margins],
-        multipliers=[(_pair(value.real), _pair(value.imag)) for value in orbit.multipliers],
+        state={name: decimals(value) for name, value in zip(system.state_names, orbit.state, strict=True)},
+        shift={name: decimals(value) for name, value in zip(names, orbit.shift, strict=True)},
+        durations=[decimals(value) for value in orbit.durations],
+        margins=[{name: decimals(low, 6)[0] for name, low in margins.items()} for margins in orbit.margins],
+        multipliers=[(decimals(value.real), decimals(value.imag)) for value in orbit.multipliers],
         unstable=None if orbit.unstable is None else decimals(orbit.unstable)[0],
         basin_rate=None,
         basin_extent=[],
     )
-
-
-def _pair(value: arb) -> Pair:
-    wide = value + arb(0, (value.rad() * OUTWARD).upper())
-    return decimals(wide)
-
-
-def _bound(low: arb) -> str:
-    """Write a positive lower bound with a few digits, rounded down by more than another precision changes it."""
-    return decimals(low * (1 - arb(2) ** -16), 6)[0]
 
 
 def _dyadic(value: arb) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from flint import arb, arb_mat
 
 from amble.hybrid import HybridSystem
 from amble.progress import Progress, silent
 from amble.proof.arc import Arc, follow
+from amble.proof.arithmetic import roomy
 from amble.proof.glide import passed
 from amble.proof.leg import Leg
 from amble.proof.moving_set import MovingSet
@@ -87,3 +88,13 @@ class Enclosure:
     centre: list[arb]
     image: list[arb]
     derivative: arb_mat
+
+    def roomy(self) -> Enclosure:
+        """Return it with room for what another precision makes of it; margins have theirs (``arc.follow``)."""
+        size = self.derivative.nrows()
+        return Enclosure(
+            arcs=tuple(replace(arc, duration=roomy(arc.duration)) for arc in self.arcs),
+            centre=list(map(roomy, self.centre)),
+            image=list(map(roomy, self.image)),
+            derivative=arb_mat(size, size, list(map(roomy, self.derivative.entries()))),
+        )

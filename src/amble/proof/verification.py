@@ -6,6 +6,7 @@ Each stored number must hold the new one; one that was moved inward excludes wha
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -15,8 +16,9 @@ from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.hybrid import HybridSystem
+from amble.progress import Progress, silent
 from amble.proof.arithmetic import fraction, working_precision
-from amble.proof.basin import contraction_on_ball
+from amble.proof.basin import Basin, contraction_on_ball
 from amble.proof.errors import ProofError
 from amble.proof.gait_map import gait_map, require_provable
 from amble.proof.orbit import ProvedOrbit, prove_orbit
@@ -28,61 +30,112 @@ OTHER_PRECISION = 53
 """Bits by which verification's precision differs from the proof's."""
 
 
-def verify(proof: Proof, system: HybridSystem | Gait) -> None:
+@dataclass(frozen=True)
+class Recomputed:
+    """What follows from what a proof's file starts from.
+
+    Attributes:
+        orbit: every enclosure of it.
+        balls: the same as a file holds them, without room.
+        margins: of every domain, name -> lower bound.
+        unstable: lower bound of the spectral radius where it is above 1.
+        basin: on which the claimed rate holds; None where none is claimed.
+    """
+
+    orbit: ProvedOrbit
+    balls: Proved
+    margins: tuple[Mapping[str, Fraction], ...]
+    unstable: Fraction | None
+    basin: Basin | None
+
+
+def verify(proof: Proof, system: HybridSystem | Gait, progress: Progress = silent) -> None:
     """Compute every enclosure of a proof anew, in another precision and without a search.
 
     Args:
         proof: read from a file.
         system: that it speaks of, or the gait whose closed loop it speaks of.
+        progress: called after every step.
 
     Raises:
         InputError: the proof is of another system, or numbers are missing.
         ProofError: what does not follow.
     """
+    require_claims(proof.proved, recomputed(proof, system, progress))
+
+
+def recomputed(proof: Proof, system: HybridSystem | Gait, progress: Progress = silent) -> Recomputed:
+    """Compute what follows from the box, the steps and the weights of a proof; errors as in ``verify``."""
     found, claimed = proof.found, proof.proved
     with working_precision(found.bits + OTHER_PRECISION):
-        prepared = _prepared(system, found.order)
+        prepared = replace(_prepared(system, found.order), progress=progress)
         half = isinstance(system, Gait) and system.pattern.mirrored
-        system = prepared.system
         if system_hash(prepared) != proof.system or half != proof.half:
             raise InputError("the proof is of another system: the hashes of the expressions differ")
-        _expect_shapes(found, claimed, system)
-        weight = np.array(found.weight)
-        again = prove_orbit(
+        _expect_shapes(found, claimed, prepared.system)
+        orbit = prove_orbit(
             prepared,
             list(map(_exact, found.centre)),
             list(map(_exact, found.radii)),
             [list(map(_exact, steps)) for steps in found.steps],
-            claim=(weight, found.rate),
+            claim=(np.array(found.weight), found.rate),
         )
-        new = orbit_balls(system, again)
-        _require("state", claimed.state, new.state)
-        _require("shift", claimed.shift, new.shift)
-        _require("duration", _numbered(claimed.durations), _numbered(new.durations))
-        _require_margins(claimed, again)
-        _require_multipliers(claimed, new)
-        bound = None if again.unstable is None else fraction(again.unstable.lower())
-        if claimed.unstable is not None and (bound is None or Fraction(claimed.unstable) > bound):
-            raise ProofError("the claimed lower bound of the spectral radius does not follow")
-        if found.basin_size is not None:
-            steps = [list(map(_exact, steps)) for steps in found.basin_steps]
-            rates = (claimed.basin_rate,) if claimed.basin_rate is not None else ()
-            ball = contraction_on_ball(prepared, again, np.array(found.basin_weight), found.basin_size, rates, steps)
-            if ball is None or claimed.basin_rate is None or not claimed.basin_rate < 1.0:
-                raise ProofError("the claimed contraction on the basin does not follow")
-            if any(reach > most for reach, most in zip(claimed.basin_extent, ball.extent, strict=True)):
-                raise ProofError("the basin does not reach as far as is claimed")
+        return Recomputed(
+            orbit=orbit,
+            balls=orbit_balls(prepared.system, orbit),
+            margins=tuple({name: fraction(low) for name, low in margins.items()} for margins in orbit.margins),
+            unstable=None if orbit.unstable is None else fraction(orbit.unstable.lower()),
+            basin=_basin(prepared, orbit, proof),
+        )
+
+
+def require_claims(claimed: Proved, again: Recomputed) -> None:
+    """Ask that all that a file says is proved follows.
+
+    Args:
+        claimed: what it says.
+        again: what follows from what it starts from.
+
+    Raises:
+        ProofError: what does not follow.
+    """
+    new = again.balls
+    _require("state", claimed.state, new.state)
+    _require("shift", claimed.shift, new.shift)
+    _require("duration", _numbered(claimed.durations), _numbered(new.durations))
+    _require_margins(claimed, again)
+    _require_multipliers(claimed, new)
+    if claimed.unstable is not None and (again.unstable is None or Fraction(claimed.unstable) > again.unstable):
+        raise ProofError("the claimed lower bound of the spectral radius does not follow")
+    extent = () if again.basin is None else again.basin.extent
+    if any(reach > most for reach, most in zip(claimed.basin_extent, extent, strict=True)):
+        raise ProofError("the basin does not reach as far as is claimed")
+
+
+def _basin(prepared: ReturnMap, orbit: ProvedOrbit, proof: Proof) -> Basin | None:
+    """Prove the claimed contraction."""
+    found, rate = proof.found, proof.proved.basin_rate
+    if found.basin_size is None or rate is None:
+        return None
+    steps = [list(map(_exact, steps)) for steps in found.basin_steps]
+    ball = contraction_on_ball(prepared, orbit, np.array(found.basin_weight), found.basin_size, (rate,), steps)
+    if ball is None:
+        raise ProofError("the claimed contraction on the basin does not follow")
+    return ball
+
+
+def _holds(pair: Pair, new: Pair) -> bool:
+    """Whether a claimed ball holds a new one."""
+    (low, high), (under, over) = map(Fraction, pair), map(Fraction, new)
+    return low <= under and over <= high
 
 
 def _require(what: str, claimed: Mapping[str, Pair], new: Mapping[str, Pair]) -> None:
-    """Ask that every claimed ball holds the new one, less the widening of both."""
+    """Ask that every claimed ball holds the new one."""
     if claimed.keys() != new.keys():
         raise ProofError(f"the proof lacks a {what} or has one too many")
     for name, pair in claimed.items():
-        low, high = map(Fraction, pair)
-        under, over = map(Fraction, new[name])
-        slack = (over - under) * Fraction(1, 2**19)
-        if low > under + slack or high < over - slack:
+        if not _holds(pair, new[name]):
             raise ProofError(f"the claimed {what} '{name}' does not hold what is computed")
 
 
@@ -93,21 +146,23 @@ def _prepared(system: HybridSystem | Gait, order: int) -> ReturnMap:
     return gait_map(system, without_yaw(closed_loop(system, half=True), system.pattern.mirrored), order, 0.0)
 
 
-def _require_margins(claimed: Proved, again: ProvedOrbit) -> None:
+def _require_margins(claimed: Proved, again: Recomputed) -> None:
     if [margins.keys() for margins in claimed.margins] != [margins.keys() for margins in again.margins]:
         raise ProofError("the proof has other margins than the system")
     for number, margins in enumerate(claimed.margins):
         for name, low in margins.items():
-            if not 0 < Fraction(low) <= fraction(again.margins[number][name]):
+            if not 0 < Fraction(low) <= again.margins[number][name]:
                 raise ProofError(f"the claimed margin of {name} does not follow")
 
 
 def _require_multipliers(claimed: Proved, new: Proved) -> None:
-    if len(claimed.multipliers) not in (0, len(new.multipliers)):
-        raise ProofError("the proof has another number of multipliers")
+    """Ask that every claimed ball holds one of the new ones, each another: their order and number are no claim."""
+    left = list(new.multipliers)
     for number, parts in enumerate(claimed.multipliers):
-        for what, pair, other in zip(("real", "imaginary"), parts, new.multipliers[number], strict=True):
-            _require(f"{what} part of multiplier", {str(number): pair}, {str(number): other})
+        held = next((ball for ball in left if all(map(_holds, parts, ball))), None)
+        if held is None:
+            raise ProofError(f"the claimed multiplier {number} does not hold what is computed")
+        left.remove(held)
 
 
 def _numbered(pairs: Sequence[Pair]) -> dict[str, Pair]:
@@ -125,8 +180,8 @@ def _expect_shapes(found: Found, claimed: Proved, system: HybridSystem) -> None:
         raise InputError("the basin of the proof has numbers for another number of states or domains")
     weight = np.array(found.basin_weight)
     definite = np.array_equal(weight, weight.T) and float(np.linalg.eigvalsh(weight)[0]) > 0.0
-    if not (definite and len(claimed.basin_extent) in (size, system.state_size)):
-        raise InputError("the basin of the proof has no W that is positive definite, or too few extents")
+    if not (definite and len(claimed.basin_extent) == size):
+        raise InputError("the basin of the proof has no W that is positive definite, or another number of extents")
 
 
 def _square(rows: list[list[float]], size: int) -> bool:
