@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from flint import arb, arb_mat
 
 from amble.progress import Progress, ProgressReport, silent
-from amble.proof.arithmetic import ROOM, column, identity, inside, largest, radius, row_sum_norm, symmetric
+from amble.proof.arithmetic import ROOM, column, identity, inside, largest, radius, symmetric
 from amble.proof.errors import ProofError
 from amble.proof.glide import NEWTON_STEPS, crossing, wished_length
 from amble.proof.leg import Leg, Surface
@@ -241,9 +241,9 @@ def _cross(leg: Leg, clock: arb, here: MovingSet, lengths: list[arb], watch: Wat
     reset_x = arb_mat(size, len(image), flat).transpose()
     moved = reset_x * column(part.rate) + column(reset_t)
     slope = reset_x - moved * arb_mat(1, size, along) / speed
-    gain = row_sum_norm(leg.field.slope(part)) * reach.abs_upper()
-    extra = symmetric(gain / (1 - gain))
-    near_one = arb_mat(size, size, [entry + extra for entry in identity(size).entries()])
+    steepest = arb_mat(size, size, [entry.abs_upper() for entry in leg.field.slope(part).entries()])
+    grown = (steepest * reach.abs_upper()).exp() - identity(size)
+    near_one = identity(size) + arb_mat(size, size, [symmetric(entry) for entry in grown.entries()])
     return Arc(
         after=here.moved(image, slope * near_one),
         lengths=lengths,

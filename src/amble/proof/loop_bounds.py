@@ -1,9 +1,8 @@
 """Bounds of a closed loop's equations over a tube about a polynomial motion, and of what their solutions can miss.
 
-With C an approximate inverse of M and weights omega > 0,
+With C an approximate inverse of M, N = |1 - C M| and weights omega > 0 with N omega <= kappa omega,
 
-    |1 - C M| omega <= kappa omega,
-    so |M^-1 r|_i <= |C r|_i + omega_i kappa / (1 - kappa) max_j |C r|_j / omega_j.                             (1)
+    |M^-1 r| <= (1 + N + ... + N^m) |C r| + omega kappa / (1 - kappa) max_j (N^m |C r|)_j / omega_j.            (1)
 
 A step is cut into pieces for its bounds; a piece's box holds all states x(s) + e, |e| <= reach, and unknowns
 z(s) + f, |f| <= slack. Along such e and f the entries of M and H change by at most their coefficient of
@@ -29,6 +28,8 @@ from amble.types import Matrix, Vector
 PIECES = (8, 16, 32)
 """How often a step is cut; more where M is not proved to be invertible."""
 KAPPA = 0.5
+NEUMANN = 6
+"""m of equation (1): what remains couples all unknowns, and is below KAPPA^m."""
 ITERATIONS = 40
 
 
@@ -56,10 +57,12 @@ class Solver:
     """Equation (1).
 
     Attributes:
+        rest: N.
         omega: weights.
         kappa: their bound.
     """
 
+    rest: arb_mat
     omega: Vector
     kappa: arb
 
@@ -74,16 +77,17 @@ class Solver:
         kappa = quotient((rest * weighted(omega)).entries(), omega)
         if not kappa < KAPPA:
             raise StepError(f"M is not proved to be invertible: |1 - C M| is {float(kappa):.3g}")
-        return cls(omega, kappa)
+        return cls(rest, omega, kappa)
 
     def __call__(self, bound: arb_mat) -> arb_mat:
         """Return bounds of |M^-1 r| from those of |C r|, for every column."""
+        total = last = bound
+        for _ in range(NEUMANN):
+            last = uppers(self.rest * last)
+            total = total + last
         share = self.kappa / (1 - self.kappa)
-        columns = []
-        for values in bound.transpose().tolist():
-            top = share * quotient(values, self.omega)
-            columns.append([(value + arb(float(o)) * top).upper() for value, o in zip(values, self.omega, strict=True)])
-        return arb_mat(columns).transpose()
+        tops = [share * quotient(values, self.omega) for values in last.transpose().tolist()]
+        return uppers(total + weighted(self.omega) * arb_mat(1, len(tops), tops))
 
 
 def tube(
@@ -171,9 +175,14 @@ def quotient(values: Sequence[arb], weights: Vector) -> arb:
     return largest(value / arb(float(w)) for value, w in zip(values, weights, strict=True))
 
 
-def weighted(weights: Vector, factor: arb | int = 1) -> arb_mat:
-    """Return weights times a factor as a column."""
-    return arb_mat(len(weights), 1, [arb(float(w)) * factor for w in weights])
+def weighted(weights: Vector) -> arb_mat:
+    """Return weights as a column, exact."""
+    return arb_mat(len(weights), 1, [arb(float(w)) for w in weights])
+
+
+def uppers(matrix: arb_mat) -> arb_mat:
+    """Return upper bounds of all entries, exact."""
+    return arb_mat(matrix.nrows(), matrix.ncols(), [value.upper() for value in matrix.entries()])
 
 
 def _larger(one: arb_mat, other: arb_mat) -> arb_mat:

@@ -1,17 +1,16 @@
-"""A set of states that moves with the flow, with the derivative of the way it came: Lohner's method.
+"""A set of states that moves with the flow, with the derivative of the way it came.
 
-The starts are {c_0 + [-rho, rho]}. Where c_0 has come to lies in {c + B e} with an exact point c, an exact
-well-conditioned matrix B and a small box e; the derivative with respect to the start is V + Q E with exact V, Q and a
-matrix of balls E; so every start has come to c + B e + (V + Q E) [-rho, rho] (mean value). A map with image of c in the
-box y, and slope J over the set, takes them to
+The starts are {c_0 + [-rho, rho]}. Where c_0 has come to lies in {c + sum_k L_k e_k} with an exact point c, exact
+matrices L_k and small boxes e_k, one for every step; the derivative with respect to the start is V + sum_k L_k E_k with
+exact V and matrices of balls E_k; so every start has come to c + sum L_k e_k + (V + sum L_k E_k) [-rho, rho] (mean
+value). A map with image of c in the box y, and slope J = J_m + [-R, R] over the set, takes them to
 
-    c' = mid y,   e' = B'^-1 (J B) e + B'^-1 (y - c'),   B' = the orthogonal factor of mid(J B),                 (1)
+    c' = mid y,   L_k' = mid(J_m L_k),   and a new term L' = 1,  e' = y - c' + [-R, R] sum L_k e_k,               (1)
 
-columns ordered by the length of B e along them, and likewise V' = mid(J V), Q' from J Q (Lohner 1988; Nedialkov and
-Jackson 1999, A new perspective on the wrapping effect). So the boxes turn with the flow and do not grow at each step.
-
-Behind an impact J is singular. Directions that it does not reach are completed from those that it does: taken from the
-factor as they come they would be rounding's, others in another precision, and a box would be another there.
+and likewise V' = mid(J_m V), E' = [-R, R] (V + sum L_k E_k), with what rounding the products leaves. So what a step
+misses is carried by products of exact matrices to the end, and no box is turned or wrapped on the way (Kuehn 1998,
+Rigorously computed orbits of dynamical systems without the wrapping effect). Of more than ``MOST_TERMS`` the older half
+is gathered in one box that follows an orthogonal factor (Lohner 1988).
 """
 
 from __future__ import annotations
@@ -22,11 +21,25 @@ from dataclasses import dataclass
 import numpy as np
 from flint import arb, arb_mat
 
-from amble.proof.arithmetic import column, exact_matrix, identity, midpoints, symmetric
+from amble.proof.arithmetic import column, exact_matrix, identity, largest, midpoints, symmetric
 from amble.types import Matrix
 
-SPANNED = 1e-9
-"""Share of a column's length that counts as none: rounding leaves 1e-13, and smaller true directions are no loss."""
+MOST_TERMS = 48
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """What one step missed, carried on.
+
+    Attributes:
+        carrier: L, exact.
+        box: e, a column of balls.
+        slope_box: E, balls.
+    """
+
+    carrier: arb_mat
+    box: arb_mat
+    slope_box: arb_mat
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,35 +47,22 @@ class MovingSet:
     """A set of states and the derivative of the map that made it.
 
     Attributes:
-        radii: rho, n_x balls.
+        radii: rho, n_x balls about zero.
         centre: c, n_x exact balls.
-        basis: B.
-        box: e, n_x balls.
-        slope: V.
-        slope_basis: Q.
-        slope_box: E.
+        slope: V, exact.
+        terms: L_k, e_k, E_k, the oldest first.
     """
 
     radii: list[arb]
     centre: list[arb]
-    basis: arb_mat
-    box: list[arb]
     slope: arb_mat
-    slope_basis: arb_mat
-    slope_box: arb_mat
+    terms: tuple[Term, ...] = ()
 
     @classmethod
     def about(cls, centre: Sequence[arb], radii: Sequence[arb]) -> MovingSet:
         """Return the box about an exact centre, with the identity as the derivative."""
-        one = identity(len(centre))
         return cls(
-            radii=[symmetric(radius) for radius in radii],
-            centre=list(centre),
-            basis=one,
-            box=[arb(0)] * len(centre),
-            slope=one,
-            slope_basis=one,
-            slope_box=one * arb(0),
+            radii=[symmetric(radius) for radius in radii], centre=list(centre), slope=identity(len(centre))
         )
 
     def hull(self) -> list[arb]:
@@ -72,12 +72,14 @@ class MovingSet:
 
     def middle(self) -> list[arb]:
         """Return a box that holds where the centre of the starts has come to."""
-        around = (self.basis * column(self.box)).entries()
-        return [centre + extra for centre, extra in zip(self.centre, around, strict=True)]
+        return [centre + extra for centre, extra in zip(self.centre, self._missed().entries(), strict=True)]
 
     def derivative(self) -> arb_mat:
         """Return a matrix of balls that holds the derivative at every start."""
-        return self.slope + self.slope_basis * self.slope_box
+        total = self.slope
+        for term in self.terms:
+            total = total + term.carrier * term.slope_box
+        return total
 
     def moved(self, image: Sequence[arb], slope: arb_mat) -> MovingSet:
         """Apply a map by equation (1).
@@ -86,47 +88,46 @@ class MovingSet:
             image: of c.
             slope: of the map over the whole set.
         """
-        carried = slope * self.basis
-        basis = _orthogonal(midpoints(carried), np.array([float(r.abs_upper()) for r in self.box]))
-        inverse = basis.inv()
+        exact = slope.mid()
+        wide = slope - exact
         centre = [value.mid() for value in image]
-        rest = column([value - middle for value, middle in zip(image, centre, strict=True)])
-        box = (inverse * carried) * column(self.box) + inverse * rest
+        box = column([value - middle for value, middle in zip(image, centre, strict=True)]) + wide * self._missed()
+        product = exact * self.slope
+        slope_box = product - product.mid() + wide * self.derivative()
+        carried = []
+        for term in _gathered(self.terms):
+            whole = exact * term.carrier
+            left = whole - whole.mid()
+            box, slope_box = box + left * term.box, slope_box + left * term.slope_box
+            carried.append(Term(carrier=whole.mid(), box=term.box, slope_box=term.slope_box))
+        new = Term(carrier=identity(len(centre)), box=box, slope_box=slope_box)
+        return MovingSet(radii=self.radii, centre=centre, slope=product.mid(), terms=(*carried, new))
 
-        product, turned = slope * self.slope, slope * self.slope_basis
-        kept = product.mid()
-        sizes = np.abs(_radii(self.slope_box)).max(axis=1)
-        slope_basis = _orthogonal(midpoints(turned), sizes)
-        back = slope_basis.inv()
-        return MovingSet(
-            radii=self.radii,
-            centre=centre,
-            basis=basis,
-            box=box.entries(),
-            slope=kept,
-            slope_basis=slope_basis,
-            slope_box=back * (product - kept) + (back * turned) * self.slope_box,
-        )
+    def _missed(self) -> arb_mat:
+        """Return sum L_k e_k as a column."""
+        total = column([arb(0)] * len(self.centre))
+        for term in self.terms:
+            total = total + term.carrier * term.box
+        return total
+
+
+def _gathered(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    """Return the terms, the older half in one where there are too many."""
+    if len(terms) < MOST_TERMS:
+        return terms
+    old, young = terms[: MOST_TERMS // 2], terms[MOST_TERMS // 2 :]
+    first = old[0].carrier
+    basis = _orthogonal(midpoints(first), np.array([float(largest([value])) for value in old[0].box.entries()]))
+    back = basis.inv()
+    turned = [back * term.carrier for term in old]
+    box, slope_box = turned[0] * old[0].box, turned[0] * old[0].slope_box
+    for one, term in zip(turned[1:], old[1:], strict=True):
+        box, slope_box = box + one * term.box, slope_box + one * term.slope_box
+    return Term(carrier=basis, box=box, slope_box=slope_box), *young
 
 
 def _orthogonal(matrix: Matrix, weights: Matrix) -> arb_mat:
-    """Return an orthogonal matrix, rounded, that follows the columns in order of their weighted length.
-
-    A column that lies in the span of those before it gives no direction.
-    """
+    """Return an orthogonal matrix, rounded, that follows the columns in order of their weighted length."""
     lengths = np.linalg.norm(matrix, axis=0) * np.maximum(weights, np.finfo(float).tiny)
-    found = np.zeros((len(matrix), 0))
-    for values in matrix[:, np.argsort(-lengths, kind="stable")].T:
-        rest = values
-        for _ in range(2):  # once more, for what rounding left
-            rest = rest - found @ (found.T @ rest)
-        size = np.linalg.norm(rest)
-        if size > SPANNED * np.linalg.norm(values):
-            found = np.column_stack([found, rest / size])
-    factor, _ = np.linalg.qr(found, mode="complete")
+    factor, _ = np.linalg.qr(matrix[:, np.argsort(-lengths, kind="stable")])
     return exact_matrix(factor)
-
-
-def _radii(matrix: arb_mat) -> Matrix:
-    values = [float(value.abs_upper()) for value in matrix.entries()]
-    return np.array(values).reshape(matrix.nrows(), matrix.ncols())
