@@ -7,8 +7,10 @@ from collections.abc import Callable, Sequence
 from flint import arb
 
 from amble.proof.arithmetic import working_precision
+from amble.proof.leg import Leg
 
 BITS = 200
+NEWTON_STEPS = 3
 Rate = Callable[[arb, list[arb]], list[arb]]
 
 
@@ -37,6 +39,31 @@ def moved(rate: Rate, clock: arb, start: Sequence[arb], length: arb, steps: int,
                 table.append(row)
             state = table[-1][-1]
     return state
+
+
+def landed(
+    leg: Leg, rate: Rate, start: Sequence[arb], clock: arb, steps: int, columns: int
+) -> tuple[arb, list[arb]]:
+    """Return when a point crosses the guard that ends a domain, and where it enters the next one.
+
+    Args:
+        leg: the domain: its guard and its reset are taken from it.
+        rate: the field.
+        start: the point.
+        clock: about when it crosses, s.
+        steps: as in ``moved``, up to there.
+        columns: as in ``moved``.
+    """
+    end = moved(rate, arb(0), start, clock, steps, columns)
+    with working_precision(BITS):
+        for _ in range(NEWTON_STEPS):
+            value, along, drift = leg.exit.at(clock, end, leg.parameters)
+            speed = sum((a * r for a, r in zip(along, rate(clock, end), strict=True)), start=drift)
+            late = (value / speed).mid()
+            end = moved(rate, clock, end, -late, 1, 6)
+            clock = (clock - late).mid()
+        image, _, _ = leg.reset.balls([clock], end, leg.parameters)
+    return clock, [value.mid() for value in image]
 
 
 def _midpoint(rate: Rate, clock: arb, start: list[arb], length: arb, count: int) -> list[arb]:

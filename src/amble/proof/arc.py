@@ -11,7 +11,7 @@ and the map from the set to the entry of the next domain has the slope of ``stab
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from flint import arb, arb_mat
 
@@ -29,6 +29,8 @@ TUBE_ATTEMPTS = 6
 ATTEMPTS = 14
 HALVINGS = 6
 """How often a step is halved because a margin may fail along it."""
+JUST_BEFORE = arb(2) ** -60
+"""Share of a dead time at which a step ends before its end, so that it is known to lie within."""
 MOST_EXCESS = 1e3
 """A step whose remainder is larger than the tolerance by more is taken again, shorter."""
 
@@ -84,8 +86,8 @@ def follow(
                 done, last, wish = _searched(leg, clock, here, watch, wish, order, tolerance)
             else:
                 done = leg.field.step(clock, here.centre, here.hull(), lengths[len(taken)], order)
-                last = not _quiet(leg.exit, leg, done)
-                _check(leg, watch, done)
+                last = not _quiet(leg.exit, leg, clock, done)
+                _check(leg, watch, clock, done)
             here = here.moved(done.image, done.slope)
             clock, taken = clock + done.length, [*taken, done.length]
             progress(_report(leg, here, len(taken)))
@@ -109,11 +111,11 @@ def _searched(
     """
     for attempt in range(HALVINGS + 1):
         done, wish = _fitting_step(leg, clock, here, wish, order, tolerance)
-        last = not _quiet(leg.exit, leg, done)
+        last = not _quiet(leg.exit, leg, clock, done)
         if last:
             done, last = _to_the_guard(leg, clock, here, done, order)
         try:
-            _check(leg, watch, done)
+            _check(leg, watch, clock, done)
         except MarginError:
             if attempt == HALVINGS:
                 raise
@@ -123,10 +125,10 @@ def _searched(
     return done, last, wish
 
 
-def _check(leg: Leg, watch: Watch, done: Step) -> None:
+def _check(leg: Leg, watch: Watch, clock: arb, done: Step) -> None:
     """Ask that no other guard fires in a step and that all margins hold."""
     for other in leg.others:
-        if not _quiet(other, leg, done):
+        if not _quiet(other, leg, clock, done):
             raise ProofError(f"the {other.name} may fire")
     watch.require(done.parts, leg.parameters)
 
@@ -163,10 +165,7 @@ def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, 
     if not wish > 0:
         wish = wished_length(leg.field, clock, here.centre, order, tolerance)
     for attempt in range(ATTEMPTS):
-        length = wish.mid()
-        for mark in (*leg.domain.breakpoints, *(guard.dead_time for guard in (leg.exit, *leg.others))):
-            if clock < arb(mark) and clock + length > arb(mark):
-                length = (arb(mark) - clock).mid()
+        length = _cut(leg, clock, wish.mid())
         try:
             done = leg.field.step(clock, here.centre, here.hull(), length, order)
         except StepError:
@@ -182,13 +181,26 @@ def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, 
     raise StepError("the remainder of no step is as small as the tolerance")
 
 
-def _quiet(guard: Surface, leg: Leg, done: Step) -> bool:
-    """Whether a guard cannot fire in a step: not looked at, away from zero, or only crossed the other way."""
+def _cut(leg: Leg, clock: arb, length: arb) -> arb:
+    """Return a step length that passes no breakpoint, and ends just before the end of a dead time that it would pass."""
+    for mark in leg.domain.breakpoints:
+        if clock < arb(mark) and clock + length > arb(mark):
+            length = (arb(mark) - clock).mid()
+    for guard in (leg.exit, *leg.others):
+        before = arb(guard.dead_time) * (1 - JUST_BEFORE)
+        if clock < before and clock + length > before:
+            length = (before - clock).mid()
+    return length
+
+
+def _quiet(guard: Surface, leg: Leg, clock: arb, done: Step) -> bool:
+    """Whether a guard cannot fire in a step from a clock: not looked at, away from zero, or crossed the other way."""
+    if clock + done.length <= arb(guard.dead_time):
+        return True
     for part in done.parts:
-        if not part.during <= arb(guard.dead_time):
-            value, rate = leg.rises(guard, part)
-            if not (value < 0 or value > 0 or rate < 0):
-                return False
+        value, rate = leg.rises(guard, part)
+        if not (value < 0 or value > 0 or rate < 0):
+            return False
     return True
 
 
@@ -210,13 +222,13 @@ def _to_the_guard(leg: Leg, clock: arb, here: MovingSet, done: Step, order: int)
     """
     for _ in range(NEWTON_STEPS):
         end = crossing(leg, clock, done.centre, done.length)
-        if end is not None and arb(0) < end <= done.length:
+        if end is not None and arb(0) < end <= done.length and clock + end > arb(leg.exit.dead_time):
             done = leg.field.step(clock, here.centre, here.hull(), end, order)
             if _rises(leg.exit, leg, done):
                 return done, True
         half = (done.length / 2).mid()
         done = leg.field.step(clock, here.centre, here.hull(), half, order)
-        if _quiet(leg.exit, leg, done):
+        if _quiet(leg.exit, leg, clock, done):
             return done, False
     raise ProofError(f"the {leg.exit.name} is not crossed transversally")
 
@@ -225,31 +237,56 @@ def _cross(leg: Leg, clock: arb, here: MovingSet, lengths: list[arb], watch: Wat
     """Carry a set about the guard through the crossing and the reset."""
     hull = here.hull()
     part, reach = _crossing_tube(leg, clock, hull)
+    if not part.during > arb(leg.exit.dead_time):
+        raise ProofError(f"the {leg.exit.name} is crossed while it is not looked at")
     watch.require([part], leg.parameters)
     landing = leg.landing.watch(watch.room)
     landing.require([part], leg.parameters)
-    _, along, _ = leg.exit.at(part.during, part.box, leg.parameters)
-    _, speed = leg.rises(leg.exit, part)
     # the centre: it crosses at clock + delay
+    _, speed = leg.rises(leg.exit, part)
     middle, _, _ = leg.exit.at(clock, here.centre, leg.parameters)
     delay = -middle / speed
     at = [centre + delay * change for centre, change in zip(here.centre, part.rate, strict=True)]
     image, _, _ = leg.reset.balls([clock + delay], at, leg.parameters)
-    # every point: slope of state at the crossing, then of the reset
+    # every point: slope of the state at the crossing over the tube, so where the set crosses; the slope there
     size = leg.field.size
-    _, flat, reset_t = leg.reset.balls([part.during], part.box, leg.parameters)
-    reset_x = arb_mat(size, len(image), flat).transpose()
-    moved = reset_x * column(part.rate) + column(reset_t)
-    slope = reset_x - moved * arb_mat(1, size, along) / speed
     steepest = arb_mat(size, size, [entry.abs_upper() for entry in leg.field.slope(part).entries()])
     grown = (steepest * reach.abs_upper()).exp() - identity(size)
     near_one = identity(size) + arb_mat(size, size, [symmetric(entry) for entry in grown.entries()])
+    turned, _ = _saltation(leg, part, identity(size), column([arb(0)] * size))
+    crossed = _sharp(leg, part.during, here.moved(at, turned * near_one).hull())
+    _, flat, reset_t = leg.reset.balls([part.during], crossed.box, leg.parameters)
+    slope, speed = _saltation(leg, crossed, arb_mat(size, len(image), flat).transpose(), column(reset_t))
     return Arc(
         after=here.moved(image, slope * near_one),
         lengths=lengths,
         duration=clock - (leg.exit.at(clock, hull, leg.parameters)[0] / speed),
         margins={**watch.bounds, **landing.bounds},
     )
+
+
+def _saltation(leg: Leg, part: Part, slope: arb_mat, drift: arb_mat) -> tuple[arb_mat, arb]:
+    """Return the slope of a function of the state at the crossing, which lies in a part, and the guard's rate there.
+
+    Args:
+        leg: the domain.
+        part: where the crossings are.
+        slope: of the function along x.
+        drift: along t, a column.
+    """
+    _, along, _ = leg.exit.at(part.during, part.box, leg.parameters)
+    _, speed = leg.rises(leg.exit, part)
+    moved = slope * column(part.rate) + drift
+    return slope - moved * arb_mat(1, len(along), along) / speed, speed
+
+
+def _sharp(leg: Leg, during: arb, box: Sequence[arb]) -> Part:
+    """Return a part with the rate by its slope from the middle of the box: a solution over the box is wider."""
+    part = leg.field.part(during, box)
+    middle = [value.mid() for value in box]
+    change = leg.field.slope(part) * column([value - at for value, at in zip(box, middle, strict=True)])
+    rate = [a + b for a, b in zip(leg.field.part(during, middle).rate, change.entries(), strict=True)]
+    return replace(part, rate=rate)
 
 
 def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[Part, arb]:

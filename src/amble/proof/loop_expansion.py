@@ -51,7 +51,7 @@ class Variation:
 
     Attributes:
         solution: coefficients of Z, exact, for powers 0 ... Q_V.
-        slope: coefficients of V, one more.
+        slope: coefficients of V, two more: the last of positions alone.
         defects: coefficients of G, for powers 0 ... Q_V.
     """
 
@@ -104,6 +104,9 @@ def vary(loop: LoopTapes, clock: arb, motion: Expansion, order: int) -> Variatio
         defects.append(matrices[0] * solution[power] - right)
         rates = arb_mat(slope[power].tolist()[half:])
         slope.append(stacked_rates(rates, solution[power], half) / arb(power + 1))
+    # one power more of the positions, so that their rates are V_v to its last power
+    rates = arb_mat(slope[count].tolist()[half:])
+    slope.append(stacked_rates(rates, solution[order] * 0, half) / arb(count + 1))
     return Variation(solution=solution, slope=slope, defects=defects)
 
 

@@ -1,0 +1,28 @@
+"""The stabilised amble of tests/data proved once, and its proof's enclosures computed anew once, for slow tests."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from amble.gait import Gait
+from amble.gait.files import load_gait
+from amble.proof import Proof, prove_gait
+from amble.proof.verification import Recomputed, recomputed
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+@lru_cache(maxsize=1)
+def stabilised() -> Gait:
+    return load_gait(DATA / "stabilised-amble.json")
+
+
+@lru_cache(maxsize=1)
+def proof() -> Proof:
+    return prove_gait(stabilised())
+
+
+@lru_cache(maxsize=1)
+def again() -> Recomputed:
+    return recomputed(proof(), stabilised())

@@ -1,0 +1,62 @@
+"""The return map over a box: points that are integrated in 60 digits by another method land in its enclosures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from examples import rimless_wheel, simplest_walker, three_link_walker
+from flint import arb
+
+from amble.hybrid import HybridSystem
+from amble.proof.arithmetic import column, working_precision
+from amble.proof.return_map import ReturnMap
+from amble.stability import fixed_point
+from amble.types import Vector
+from tests.proof.points import BITS, landed
+
+ERROR = 1e-18
+"""Of the integrations below: doubling the steps changes less than 1e-19 of the landing."""
+
+
+def walking(name: str) -> tuple[HybridSystem, Vector]:
+    if name == "rimless wheel":
+        system, guess = rimless_wheel.rolling()
+    elif name == "simplest walker":
+        system, guess = simplest_walker.long_step()
+    else:
+        system = three_link_walker.three_link_walker()
+        return system, three_link_walker.find_orbit(system)[0].state
+    return system, fixed_point(system, guess).state
+
+
+@pytest.mark.parametrize(
+    ("name", "radius", "steps", "count"),
+    [
+        pytest.param("rimless wheel", 2.0**-20, 3, 1000, id="rimless-wheel"),
+        pytest.param("simplest walker", 2.0**-26, 8, 1000, id="simplest-walker", marks=pytest.mark.slow),
+        pytest.param("three-link walker", 2.0**-34, 24, 50, id="three-link-walker", marks=pytest.mark.slow),
+    ],
+)
+def test_random_starts_land_in_the_enclosures(name: str, radius: float, steps: int, count: int) -> None:
+    """Image of the centre, derivative over the box and time of the crossing, for starts anywhere in the box."""
+    system, start = walking(name)
+    size, draws = system.state_size, np.random.default_rng(0)
+    with working_precision(128):
+        prepared = ReturnMap.of(system, 20, 1e-22)
+        centre = [arb(float(value)) for value in start]
+        found = prepared(centre, [arb(radius)] * size)
+    (leg,), (arc,) = prepared.legs, found.arcs
+    for number in range(count):
+        with working_precision(BITS):
+            offset = [arb(int(k)) * radius / 2**20 for k in draws.integers(-(2**20), 2**20 + 1, size)]
+            point = [c + o for c, o in zip(centre, offset, strict=True)]
+        clock, after = landed(
+            leg, lambda at, state: leg.field.part(at, state).rate, point, arc.duration.mid(), steps, 8
+        )
+        with working_precision(BITS):
+            reached = (found.derivative * column(offset)).entries()
+            assert arc.duration.contains(clock), number
+            for ball, extra, whole, value in zip(found.centre, reached, found.image, after, strict=True):
+                assert whole.contains(value), number
+                assert (ball + extra).contains_interior(value + arb(0, ERROR)) or (ball + extra).overlaps(value), number
+                assert float((ball + extra).rad()) < 0.05 * radius, number
