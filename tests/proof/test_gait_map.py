@@ -46,22 +46,3 @@ def test_a_breakpoint_along_the_orbit_is_refused() -> None:
     require_smooth(system, [0.05])
     with pytest.raises(InputError, match=r"breakpoints \(1\) along domain"):
         require_smooth(system, [0.2])
-
-
-@pytest.fixture(scope="module")
-def proof() -> Proof:
-    return prove_gait(stabilised()[0], GAIT_SETTINGS)
-
-
-@pytest.mark.slow
-def test_the_amble_of_reproduce_is_proved(proof: Proof) -> None:
-    _, system, found = stabilised()
-    matrix = found.monodromy.matrix
-    estimate = sorted(np.abs(np.linalg.eigvals(matrix)))[-3]  # without the translations along x and y
-    assert proof.half
-    assert proof.found.rate is not None
-    assert estimate**2 - 1e-9 < proof.found.rate**2 < estimate**2 + 1e-3
-    for name, value in zip(system.state_names, found.state, strict=True):
-        low, high = map(float, proof.proved.state[name])
-        assert low - 1e-10 < value < high + 1e-10
-    assert all(float(low) > 0.0 for margins in proof.proved.margins for low in margins.values())

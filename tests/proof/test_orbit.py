@@ -118,7 +118,9 @@ def test_a_basin_contracts_as_is_proved() -> None:
     system, start = rimless_wheel.rolling()
     orbit = proved(system, start)
     with working_precision(BITS):
-        basin = prove_basin(ReturnMap.of(system, 14, 1e-22), orbit, 1e-3)
+        basin, limit = prove_basin(ReturnMap.of(system, 14, 1e-22), orbit, 1e-3)
+    assert basin is not None
+    assert limit.startswith("on a ball that reaches")
     assert basin.extent.max() > 1e-6
     state = np.array([float(value) for value in orbit.state])
     factor = np.linalg.cholesky(basin.weight).T

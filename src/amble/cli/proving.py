@@ -133,4 +133,6 @@ def _sentences(proof: Proof) -> list[str]:
             f"proved: attracts from a ball that reaches ({reach}), with at most {proof.proved.basin_rate:.4g} of the "
             "distance left after every cycle"
         )
+    if proof.basin_limit:
+        lines.append(f"not proved: a larger basin; {proof.basin_limit}")
     return lines

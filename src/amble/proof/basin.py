@@ -13,7 +13,7 @@ import numpy as np
 from flint import arb
 
 from amble.progress import Progress, ProgressReport
-from amble.proof.arithmetic import largest, midpoints
+from amble.proof.arithmetic import largest, midpoints, radius
 from amble.proof.errors import ProofError
 from amble.proof.orbit import Lengths, ProvedOrbit
 from amble.proof.quotient import complement, contracts, lyapunov, quotient, translations
@@ -24,6 +24,8 @@ RATE_SHARES = (0.5, 0.25, 0.1)
 """Shares of the distance from the proved rate to 1 that are left on a basin; W is that of the first."""
 FINENESS = 1e-4
 """Remainder of a step on a ball, as a share of the ball's radius."""
+SHRINKING = 4.0
+"""By how much a ball is smaller than the last one that was tried."""
 WIDER = 1.001
 """By which a box about a ball is taken wider than floating-point arithmetic says."""
 
@@ -47,19 +49,22 @@ class Basin:
     lengths: list[list[arb]]
 
 
-def prove_basin(prepared: ReturnMap, orbit: ProvedOrbit, most: float = 1e-2, progress: Progress | None = None) -> Basin:
+def prove_basin(
+    prepared: ReturnMap, orbit: ProvedOrbit, most: float = 1e-2, progress: Progress | None = None
+) -> tuple[Basin | None, str]:
     """Find a large region that is proved to contract towards a proved orbit.
 
     Its norm is another than that of the proved rate: W of a rate half-way to 1 is better conditioned.
+
+    Returns:
+        The region; None where not even one of the size of the orbit's own box contracts. What stopped a larger one, in a
+        sentence; empty where the largest that was tried is proved.
 
     Args:
         prepared: the map.
         orbit: proved exponentially stable.
         most: the largest radius tried, as a change of the coordinate that may change most.
         progress: called after every attempt.
-
-    Raises:
-        ProofError: not even the box of the orbit's own proof contracts: its reason.
     """
     along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
     middle = midpoints(quotient(orbit.derivative, along))
@@ -67,18 +72,16 @@ def prove_basin(prepared: ReturnMap, orbit: ProvedOrbit, most: float = 1e-2, pro
     weight = lyapunov(middle, rates[0])
     weight /= np.diag(weight).max()
     reach = float(np.sqrt(np.diag(np.linalg.inv(weight))).max())
-    size, reason = most / reach, ProofError("the return map is not proved to contract on any ball")
-    while size * reach > float(largest(orbit.radii)):
+    size, found, limit = most / reach, None, ""
+    while found is None and size * reach > float(largest(orbit.radii)):
         try:
             found = contraction_on_ball(prepared, orbit, weight, size, rates)
         except ProofError as error:
-            found, reason = None, error
+            limit = f"on a ball that reaches {size * reach:.3g} {error}"
         if progress is not None:
             progress(ProgressReport(what="basin", quantity="radius", value=size * reach))
-        if found is not None:
-            return found
-        size /= 4.0
-    raise reason
+        size /= SHRINKING
+    return found, limit
 
 
 def contraction_on_ball(
@@ -88,8 +91,8 @@ def contraction_on_ball(
     size: float,
     rates: Sequence[float],
     lengths: Lengths | None = None,
-) -> Basin | None:
-    """Prove that P contracts on a ball of W about the fixed point; None where it does at none of the rates.
+) -> Basin:
+    """Prove that P contracts on a ball of W about the fixed point.
 
     Args:
         prepared: the map.
@@ -100,7 +103,7 @@ def contraction_on_ball(
         lengths: of the steps where they are known.
 
     Raises:
-        ProofError: the map could not be enclosed over the ball.
+        ProofError: the map could not be enclosed over the ball, or contracts at none of the rates.
     """
     along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
     span, _ = complement(along)
@@ -120,4 +123,5 @@ def contraction_on_ball(
             return Basin(
                 weight=weight, size=size, extent=extent, rate=rate, lengths=[arc.lengths for arc in found.arcs]
             )
-    return None
+    width = 2.0 * float(largest(map(radius, found.derivative.entries())))
+    raise ProofError(f"a contraction does not follow: the derivative is {width:.3g} wide")

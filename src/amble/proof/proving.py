@@ -108,7 +108,7 @@ def _prove(
     prepared = replace(prepared, progress=progress or silent)
     centre = refined(prepared, start, chosen.radius * 1e-3, progress)
     orbit = prove_orbit(prepared, centre, [arb(chosen.radius)] * len(centre))
-    basin = None
+    basin, limit = None, ""
     if orbit.stable and chosen.basin > 0.0:
-        basin = prove_basin(prepared, orbit, chosen.basin, progress)
-    return proof_of(prepared, orbit, basin, chosen.bits, half)
+        basin, limit = prove_basin(prepared, orbit, chosen.basin, progress)
+    return proof_of(prepared, orbit, (basin, limit), chosen.bits, half)

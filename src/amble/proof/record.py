@@ -103,6 +103,7 @@ class Proof(_Part):
         software: versions.
         found: what verification starts from.
         proved: what it must come to.
+        basin_limit: what stopped a larger basin, in a sentence; no claim.
     """
 
     format: Literal["amble proof"] = "amble proof"
@@ -112,6 +113,7 @@ class Proof(_Part):
     software: dict[str, str]
     found: Found
     proved: Proved
+    basin_limit: str = Field(default="", max_length=1000)
 
     @model_validator(mode="after")
     def _basin_is_whole_or_not_there(self) -> Proof:
@@ -165,8 +167,11 @@ def load_proof(path: str | Path) -> Proof:
         raise InputError(f"proof '{shown_path(path)}' cannot be used: {where or 'file'}: {first['msg']}") from None
 
 
-def proof_of(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin | None, bits: int, half: bool = False) -> Proof:
-    """Return what was found and proved as a file holds it."""
+def proof_of(
+    prepared: ReturnMap, orbit: ProvedOrbit, attracting: tuple[Basin | None, str], bits: int, half: bool = False
+) -> Proof:
+    """Return what was found and proved as a file holds it; ``attracting`` is the basin and what stopped a larger one."""
+    basin, limit = attracting
     balls = orbit_balls(prepared.system, orbit)
     found = Found(
         order=prepared.order,
@@ -187,7 +192,9 @@ def proof_of(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin | None, bits:
         }
     )
     software = {"amble": __version__, "python-flint": flint.__version__}
-    return Proof(system=system_hash(prepared), half=half, software=software, found=found, proved=proved)
+    return Proof(
+        system=system_hash(prepared), half=half, software=software, found=found, proved=proved, basin_limit=limit
+    )
 
 
 def orbit_balls(system: HybridSystem, orbit: ProvedOrbit) -> Proved:

@@ -118,10 +118,10 @@ def _basin(prepared: ReturnMap, orbit: ProvedOrbit, proof: Proof) -> Basin | Non
     if found.basin_size is None or rate is None:
         return None
     steps = [list(map(_exact, steps)) for steps in found.basin_steps]
-    ball = contraction_on_ball(prepared, orbit, np.array(found.basin_weight), found.basin_size, (rate,), steps)
-    if ball is None:
-        raise ProofError("the claimed contraction on the basin does not follow")
-    return ball
+    try:
+        return contraction_on_ball(prepared, orbit, np.array(found.basin_weight), found.basin_size, (rate,), steps)
+    except ProofError as error:
+        raise ProofError(f"the claimed contraction on the basin does not follow: {error}") from None
 
 
 def _holds(pair: Pair, new: Pair) -> bool:
