@@ -41,9 +41,7 @@ def moved(rate: Rate, clock: arb, start: Sequence[arb], length: arb, steps: int,
     return state
 
 
-def landed(
-    leg: Leg, rate: Rate, start: Sequence[arb], clock: arb, steps: int, columns: int
-) -> tuple[arb, list[arb]]:
+def landed(leg: Leg, rate: Rate, start: Sequence[arb], clock: arb, steps: int, columns: int) -> tuple[arb, list[arb]]:
     """Return when a point crosses the guard that ends a domain, and where it enters the next one.
 
     Args:

@@ -70,7 +70,9 @@ def test_points_of_balls_land_in_the_result(count: int) -> None:
             for bits in (64, 100, 128):
                 with working_precision(bits):
                     for number in range(count // 3):
-                        operands, point = zip(*(ball(draws, ends, exact=number % 8 == 0) for ends in ranges), strict=True)
+                        operands, point = zip(
+                            *(ball(draws, ends, exact=number % 8 == 0) for ends in ranges), strict=True
+                        )
                         result, value = OPERATIONS[code](*operands), mpmath.mpf(function(*point))
                         assert result.overlaps(as_ball(value)), (code, operands)
                         if number % 8 == 0:

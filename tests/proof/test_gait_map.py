@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 import pytest
+from flint import arb
 
 from amble.control import MinimumPeak
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.files import load_gait
 from amble.hybrid import HybridSystem
-from amble.proof import GAIT_SETTINGS, Proof, prove_gait
-from amble.proof.gait_map import require_provable, require_smooth
-from amble.stability import FixedPoint
+from amble.proof import ProofError
+from amble.proof.arithmetic import working_precision
+from amble.proof.gait_map import gait_map, require_provable, require_smooth
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from tests.hybrids import travelling
+from tests.proof import gaits
 
 DATA = Path(__file__).parents[1] / "data"
-
-
-@lru_cache(maxsize=1)
-def stabilised() -> tuple[Gait, HybridSystem, FixedPoint]:
-    gait = load_gait(DATA / "stabilised-amble.json")
-    return gait, *closed_loop_fixed_point(gait)
 
 
 def test_feet_that_land_together_are_refused_by_name() -> None:
@@ -46,3 +40,15 @@ def test_a_breakpoint_along_the_orbit_is_refused() -> None:
     require_smooth(system, [0.05])
     with pytest.raises(InputError, match=r"breakpoints \(1\) along domain"):
         require_smooth(system, [0.2])
+
+
+@pytest.mark.slow
+def test_less_friction_than_is_used_is_refused() -> None:
+    gait = gaits.stabilised()
+    system, found = closed_loop_fixed_point(gait)
+    slippery = replace(gait, pattern=replace(gait.pattern, ground=replace(gait.pattern.ground, friction=0.4)))
+    with working_precision(128):
+        prepared = gait_map(slippery, system, 24, 1e-24)
+        centre = [arb(float(value)) for value in found.state]
+        with pytest.raises(ProofError, match=r"margin of friction of 'rl' .* in domain 'D1'"):
+            prepared(centre, [arb(1e-20)] * len(centre))

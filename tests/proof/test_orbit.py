@@ -104,6 +104,26 @@ def test_a_state_that_is_no_fixed_point_is_refused() -> None:
             prove_orbit(prepared, centre, [arb(RADIUS)] * 2)
 
 
+def test_a_box_that_is_too_small_is_refused() -> None:
+    """The fixed point lies outside of it: the centre is some 1e-16 away."""
+    system, start = rimless_wheel.rolling()
+    with working_precision(BITS):
+        prepared = ReturnMap.of(system, 14, 1e-22)
+        centre = [arb(float(value)) for value in fixed_point(system, start).state]
+        with pytest.raises(ProofError, match="interval Newton image leaves the box"):
+            prove_orbit(prepared, centre, [arb(1e-20)] * 2)
+
+
+def test_no_exit_within_a_dead_time() -> None:
+    """From a start whose guard is zero up to rounding there is a root at a clock of 1e-39 s, in the dead time."""
+    system, guess = simplest_walker.long_step()
+    found = fixed_point(system, guess)
+    with working_precision(BITS):
+        prepared = ReturnMap.of(system, 20, 1e-22)
+        (arc,) = prepared([arb(float(value)) for value in found.state], [arb(2.0**-40)] * 4).arcs
+    assert float(arc.duration) == pytest.approx(found.period, abs=1e-9)
+
+
 def test_the_weight_of_another_orbit_and_a_small_rate_are_refused() -> None:
     system, start = rimless_wheel.rolling()
     orbit = proved(system, start)
@@ -125,7 +145,7 @@ def test_a_basin_contracts_as_is_proved() -> None:
     state = np.array([float(value) for value in orbit.state])
     factor = np.linalg.cholesky(basin.weight).T
     draws = np.random.default_rng(0)
-    for _ in range(20):
+    for _ in range(1000):
         direction = draws.normal(size=2)
         offset = np.linalg.solve(factor, basin.size * direction / np.linalg.norm(direction))
         after = simulate(system, state + offset, 1, 1e-12).events[0].after

@@ -90,7 +90,9 @@ def test_random_starts_land_in_the_enclosures(seed: int) -> None:
         start = [c + int(k) * r / 2**20 for c, k, r in zip(orbit.centre, steps, orbit.radii, strict=True)]
         state = start
         for number, (leg, duration) in enumerate(zip(prepared.legs, orbit.durations, strict=True)):
-            clock, state = landed(leg, rate_of(eliminated(gait, number), leg.parameters), state, duration.mid(), STEPS, COLUMNS)
+            clock, state = landed(
+                leg, rate_of(eliminated(gait, number), leg.parameters), state, duration.mid(), STEPS, COLUMNS
+            )
             assert duration.contains(clock)
         along = exact_matrix(translations(system, np.array([float(value) for value in orbit.centre])))
         offset = column([a - b for a, b in zip(start, orbit.state, strict=True)])

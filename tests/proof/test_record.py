@@ -22,16 +22,6 @@ def proof() -> Proof:
     return prove(*rimless_wheel.rolling(), SETTINGS)
 
 
-def pairs(tree: Json) -> list[tuple[list[str], int]]:
-    """Every pair of decimals in what is proved, with the end that can be moved."""
-    found = [*tree["state"].values(), *tree["durations"], *(part for value in tree["multipliers"] for part in value)]
-    return [(pair, end) for pair in found for end in (0, 1) if Fraction(pair[0]) < Fraction(pair[1])]
-
-
-def decimal(value: Fraction) -> str:
-    return f"{round(value * 10**60)}e-60"
-
-
 def test_a_proof_is_verified_from_its_file(proof: Proof, tmp_path: Path) -> None:
     path = save_proof(tmp_path / "proof.json", proof)
     again = load_proof(path)
@@ -41,23 +31,6 @@ def test_a_proof_is_verified_from_its_file(proof: Proof, tmp_path: Path) -> None
     assert proof.proved.basin_rate is not None
     low, high = map(Fraction, proof.proved.state["rate"])
     assert low < high < low + Fraction(1, 10**16)
-
-
-def test_files_with_one_number_moved_inward_are_refused(proof: Proof) -> None:
-    """Each end of every ball moved to its middle, and by random shares of the width from a fifth up."""
-    system, draws = rimless_wheel.rolling()[0], np.random.default_rng(0)
-    tried = 0
-    for number in range(len(pairs(proof.model_dump(mode="json")["proved"]))):
-        for share in (0.5, float(draws.uniform(0.2, 0.9))):
-            tree = proof.model_dump(mode="json")
-            pair, end = pairs(tree["proved"])[number]
-            low, high = map(Fraction, pair)
-            moved = low + Fraction(share) * (high - low) if end == 0 else high - Fraction(share) * (high - low)
-            pair[end] = decimal(moved)
-            with pytest.raises(ProofError, match="does not hold what is computed"):
-                verify(Proof.model_validate_json(json.dumps(tree)), system)
-            tried += 1
-    assert tried >= 12
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,7 @@ import pytest
 from examples import rimless_wheel, simplest_walker
 
 from amble.hybrid import HybridSystem
-from amble.proof import Proof, ProofError, Settings, prove, verify
-from amble.proof import verification
+from amble.proof import Proof, ProofError, Settings, prove, verification, verify
 from amble.proof.quotient import claimed, quotient, translations
 from amble.proof.verification import Recomputed, recomputed, require_claims
 from amble.types import Vector

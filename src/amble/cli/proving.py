@@ -38,10 +38,10 @@ def prove(
     ] = None,
     bits: Annotated[
         int | None,
-        typer.Option(min=64, max=1024, help="Precision of the arithmetic.", show_default="128; 160 for a gait"),
+        typer.Option(min=64, max=1024, help="Precision of the arithmetic.", show_default="128"),
     ] = None,
     order: Annotated[
-        int | None, typer.Option(min=4, max=40, help="Order of the Taylor steps.", show_default="20; 30 for a gait")
+        int | None, typer.Option(min=4, max=40, help="Order of the Taylor steps.", show_default="20; 24 for a gait")
     ] = None,
     basin: Annotated[
         float | None,

@@ -21,8 +21,8 @@ from amble.types import Matrix
 DIGITS = 40
 """Decimal digits of a written bound."""
 ROOM = arb(2) ** -4
-"""Share of its radius by which a ball is widened before anything is claimed of it. Arb bounds the errors of a product of
-series block by block, and the blocks depend on the precision: in another one balls come out wider by up to 1e-4."""
+"""Share of its radius by which a ball is widened before anything is claimed of it. Arb bounds the errors of a product
+of series block by block, and the blocks depend on the precision: in another one balls come out wider by up to 1e-4."""
 
 
 @contextmanager

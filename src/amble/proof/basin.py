@@ -57,8 +57,8 @@ def prove_basin(
     Its norm is another than that of the proved rate: W of a rate half-way to 1 is better conditioned.
 
     Returns:
-        The region; None where not even one of the size of the orbit's own box contracts. What stopped a larger one, in a
-        sentence; empty where the largest that was tried is proved.
+        The region; None where not even one of the size of the orbit's own box contracts. What stopped a larger one, in
+        a sentence; empty where the largest that was tried is proved.
 
     Args:
         prepared: the map.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flint import arb
+from flint import arb, ctx
 
 from amble.proof.arithmetic import horner
 from amble.proof.errors import ProofError
@@ -30,7 +30,7 @@ def crossing(leg: Leg, clock: arb, polynomial: Sequence[Sequence[arb]], start: a
         at = (at - change).mid()
         if not at.is_finite():
             return None
-        if abs(change) <= abs(at) * arb(2) ** -100:
+        if abs(change) <= abs(at) * arb(2) ** -min(100, 3 * ctx.prec // 4):
             return at
     return None
 

@@ -61,9 +61,7 @@ class MovingSet:
     @classmethod
     def about(cls, centre: Sequence[arb], radii: Sequence[arb]) -> MovingSet:
         """Return the box about an exact centre, with the identity as the derivative."""
-        return cls(
-            radii=[symmetric(radius) for radius in radii], centre=list(centre), slope=identity(len(centre))
-        )
+        return cls(radii=[symmetric(radius) for radius in radii], centre=list(centre), slope=identity(len(centre)))
 
     def hull(self) -> list[arb]:
         """Return a box that holds the set."""

@@ -52,9 +52,8 @@ class Settings:
             raise InputError(f"the basin that is tried is a number from 0 to 1, not {self.basin:g}")
 
 
-GAIT_SETTINGS = Settings(bits=160, order=30, tolerance=1e-31, radius=1e-24, basin=0.0)
-"""What the gait of `amble reproduce` needs: the enclosed derivative is about 1e14 times as wide as the box, and
-rounding has to stay well below the tolerance (at 128 bits steps shrink, for it does not)."""
+GAIT_SETTINGS = Settings(bits=128, order=24, tolerance=1e-25, radius=1e-18, basin=0.0)
+"""What the gait of `amble reproduce` needs: the enclosed derivative is about 1e8 times as wide as the box."""
 
 
 def prove(

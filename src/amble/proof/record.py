@@ -170,7 +170,7 @@ def load_proof(path: str | Path) -> Proof:
 def proof_of(
     prepared: ReturnMap, orbit: ProvedOrbit, attracting: tuple[Basin | None, str], bits: int, half: bool = False
 ) -> Proof:
-    """Return what was found and proved as a file holds it; ``attracting`` is the basin and what stopped a larger one."""
+    """Return what was found and proved as a file holds it; ``attracting``: the basin, what stopped a larger one."""
     basin, limit = attracting
     balls = orbit_balls(prepared.system, orbit)
     found = Found(

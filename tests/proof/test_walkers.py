@@ -1,0 +1,60 @@
+"""Walkers with listed multipliers (Goswami, Thuilot, Espiau 1998): proofs agree to half a unit of the last digit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from amble.hybrid import HybridSystem
+from amble.proof import Proof, Settings, prove, verify
+from amble.simulation import simulate
+from amble.stability import fixed_point
+from tests.periodic import compass_gait
+
+SLOPE = float(np.deg2rad(4.5))
+COMPASS = np.array([0.2313, -0.3884, -1.1502, -0.1664])  # near the orbit that closes after one step
+SETTINGS = Settings(bits=128, order=16, tolerance=1e-22, radius=1e-16, basin=0.0)
+
+
+def real_parts(proof: Proof) -> list[float]:
+    """Middles of the multipliers by falling size; every ball is less than 1e-8 wide."""
+    for pair, other in proof.proved.multipliers:
+        assert float(pair[1]) - float(pair[0]) < 1e-8
+        assert float(other[0]) <= 0.0 <= float(other[1])
+    middles = [(float(low) + float(high)) / 2 for (low, high), _ in proof.proved.multipliers]
+    return sorted(middles, key=abs, reverse=True)
+
+
+@pytest.mark.slow
+def test_the_compass_gait_of_one_step_is_unstable() -> None:
+    system = compass_gait(SLOPE)
+    proof = prove(system, COMPASS, SETTINGS)
+    assert not proof.stable
+    assert proof.proved.unstable is not None
+    assert float(proof.proved.unstable) > 1.0
+    assert real_parts(proof)[0] == pytest.approx(-1.10649740, abs=0.5e-8)
+    assert all(float(high) - float(low) < 1e-8 for low, high in proof.proved.state.values())
+    verify(proof, system)
+
+
+@pytest.mark.slow
+def test_the_compass_gait_of_two_steps_is_stable() -> None:
+    """As a ring of two copies of the domain: the orbit closes after both."""
+    system = compass_gait(SLOPE)
+    once = fixed_point(system, COMPASS)
+    trace = simulate(system, once.state + np.array([0.0, 0.0, 0.01, 0.0]), 100, 1e-10)
+    twice = fixed_point(system, trace.section[-1], cycles=2)
+    (domain,), (strike,) = system.domains, system.transitions
+    domains = [replace(domain, name=name) for name in ("left", "right")]
+    strikes = [replace(strike, source="left", target="right"), replace(strike, source="right", target="left")]
+    ring = HybridSystem(domains, strikes, state_names=system.state_names)
+    proof = prove(ring, twice.state, SETTINGS)
+    assert proof.stable
+    period = sum((float(low) + float(high)) / 2 for low, high in proof.proved.durations)
+    assert period == pytest.approx(1.50550526, abs=0.5e-8)
+    values = real_parts(proof)
+    assert values[0] == pytest.approx(0.50984317, abs=0.5e-8)
+    assert values[1:3] == pytest.approx([0.16300, 0.01224], abs=0.5e-5)
+    verify(proof, ring)
