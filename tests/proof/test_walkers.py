@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from examples import three_link_walker
 
 from amble.hybrid import HybridSystem
 from amble.proof import Proof, Settings, prove, verify
@@ -15,7 +16,7 @@ from tests.periodic import compass_gait
 
 SLOPE = float(np.deg2rad(4.5))
 COMPASS = np.array([0.2313, -0.3884, -1.1502, -0.1664])  # near the orbit that closes after one step
-SETTINGS = Settings(bits=128, order=16, tolerance=1e-22, radius=1e-16, basin=0.0)
+SETTINGS = Settings(bits=128, order=20, tolerance=1e-23, radius=1e-17, basin=0.0)
 
 
 def real_parts(proof: Proof) -> list[float]:
@@ -58,3 +59,13 @@ def test_the_compass_gait_of_two_steps_is_stable() -> None:
     assert values[0] == pytest.approx(0.50984317, abs=0.5e-8)
     assert values[1:3] == pytest.approx([0.16300, 0.01224], abs=0.5e-5)
     verify(proof, ring)
+
+
+@pytest.mark.slow
+def test_the_three_link_walker() -> None:
+    system = three_link_walker.three_link_walker()
+    proof = prove(system, three_link_walker.find_orbit(system)[0].state, SETTINGS)
+    assert proof.stable
+    (duration,) = ((float(low) + float(high)) / 2 for low, high in proof.proved.durations)
+    assert duration == pytest.approx(1.1084974, abs=0.5e-7)
+    assert real_parts(proof)[0] == pytest.approx(0.57273, abs=0.5e-5)

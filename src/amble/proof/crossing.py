@@ -98,12 +98,12 @@ def _saltation(leg: Leg, part: Part, slope: arb_mat, drift: arb_mat) -> tuple[ar
 
 
 def _sharp(leg: Leg, during: arb, box: Sequence[arb]) -> Part:
-    """Return a part with the rate by its slope from the middle of the box: a solution over the box is wider."""
-    part = leg.field.part(during, box)
-    middle = [value.mid() for value in box]
+    """Return a part with the rate by its slopes from the middle of box and clocks: a solution over them is wider."""
+    part, middle, clock = leg.field.part(during, box), [value.mid() for value in box], during.mid()
     change = leg.field.slope(part) * column([value - at for value, at in zip(box, middle, strict=True)])
-    rate = [a + b for a, b in zip(leg.field.part(during, middle).rate, change.entries(), strict=True)]
-    return replace(part, rate=rate)
+    drift = column(leg.field.drift(part)) * (during - clock)
+    at_middle = column(leg.field.part(clock, middle).rate)
+    return replace(part, rate=(at_middle + change + drift).entries())
 
 
 def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[Part, arb]:

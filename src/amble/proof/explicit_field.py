@@ -81,6 +81,12 @@ class ExplicitField:
         """Return balls that hold f_x there."""
         return self.slopes(part.during, [part.box])[0]
 
+    def drift(self, part: Part) -> list[arb]:
+        """Return balls that hold f_t there."""
+        state = [series([value, arb(0)], 2) for value in part.box]
+        (rate,) = self.rate([series([part.during, arb(1)], 2)], state, self.parameters)
+        return [coefficient(value, 1) for value in rate]
+
     def polynomial(self, clock: arb, centre: Sequence[arb], order: int) -> list[list[arb]]:
         """Return every state's coefficients of the motion from a point."""
         return [list(row) for row in zip(*self.motion(clock, centre, order), strict=True)]

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat
 
+from amble.proof.arithmetic import column
 from amble.proof.loop_expansion import expand
 from amble.proof.loop_step import loop_step
 from amble.proof.loop_tapes import LoopTapes, stacked_rates
 from amble.proof.step import Part, Step, StepError
 from amble.proof.tape import NOT_ENCLOSED, Tape
-from amble.proof.taylor import coefficient
+from amble.proof.taylor import coefficient, series
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ class LoopField:
             ZeroDivisionError: M is not proved to be invertible.
         """
         matrix, right = self.loop.equations([during], box, self.loop.parameters)
-        column = arb_mat(self.loop.unknowns, 1, [coefficient(value, 0) for value in right])
-        solution = self.loop.of_matrix(matrix).solve(column).entries()
+        values = column([coefficient(value, 0) for value in right])
+        solution = self.loop.of_matrix(matrix).solve(values).entries()
         rate = [*box[self.size // 2 :], *solution[: self.size // 2]]
         return Part(during=during, box=list(box), rate=rate, solution=solution)
 
@@ -54,6 +55,15 @@ class LoopField:
         answer = self.loop.of_matrix(matrix).solve(self.loop.of_slope(slope))
         below = arb_mat(half, self.size, [int(j == half + i) for i in range(half) for j in range(self.size)])
         return stacked_rates(below, -answer, half)
+
+    def drift(self, part: Part) -> list[arb]:
+        """Return balls that hold f_t there: M z_t = b_t - M_t z."""
+        half, state = self.size // 2, [series([value, arb(0)], 2) for value in part.box]
+        matrix, right = self.loop.equations([series([part.during, arb(1)], 2)], state, self.loop.parameters)
+        changed = column([coefficient(value, 1) for value in right])
+        changed = changed - self.loop.of_matrix(matrix, 1) * column(part.solution)
+        answer = self.loop.of_matrix(matrix).solve(changed).entries()
+        return [*([arb(0)] * half), *answer[:half]]
 
     def polynomial(self, clock: arb, centre: Sequence[arb], order: int) -> list[list[arb]]:
         """Return every state's coefficients of the motion from a point."""

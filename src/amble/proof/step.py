@@ -84,6 +84,9 @@ class Field(Protocol):
     def slope(self, part: Part) -> arb_mat:
         """Return balls that hold f_x there."""
 
+    def drift(self, part: Part) -> list[arb]:
+        """Return balls that hold f_t there."""
+
     def polynomial(self, clock: arb, centre: Sequence[arb], order: int) -> list[list[arb]]:
         """Return every state's coefficients of the motion from a point, as far as the order."""
 
