@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from flint import arb
 
 from amble.control import MinimumPeak
+from amble.control.closed_loop import _flow_functions
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.gait.constraints import REFERENCE_ORDER
 from amble.gait.files import load_gait
 from amble.hybrid import HybridSystem
 from amble.proof import ProofError
-from amble.proof.arithmetic import working_precision
+from amble.proof.arithmetic import column, working_precision
 from amble.proof.gait_map import gait_map, require_provable, require_smooth
+from amble.proof.return_map import Enclosure, ReturnMap
+from amble.proof.tape import Tape, record
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from tests.hybrids import travelling
 from tests.proof import gaits
+from tests.proof.points import BITS, Rate, landed
 
 DATA = Path(__file__).parents[1] / "data"
+RADIUS, STEPS, COLUMNS, ERROR = 2.0**-46, 12, 8, 1e-18
+"""Of the box; of an integration through a stance, and its error: doubling the steps changes less."""
 
 
 def test_feet_that_land_together_are_refused_by_name() -> None:
@@ -52,3 +62,49 @@ def test_less_friction_than_is_used_is_refused() -> None:
         centre = [arb(float(value)) for value in found.state]
         with pytest.raises(ProofError, match=r"margin of friction of 'rl' .* in domain 'D1'"):
             prepared(centre, [arb(1e-20)] * len(centre))
+
+
+@lru_cache(maxsize=1)
+def enclosed() -> tuple[HybridSystem, ReturnMap, list[arb], Enclosure]:
+    """Half a cycle from a box about the fixed point."""
+    system, found = closed_loop_fixed_point(gaits.stabilised())
+    with working_precision(128):
+        prepared = gait_map(gaits.stabilised(), system, 24, 1e-22)
+        centre = [arb(float(value)) for value in found.state]
+        return system, prepared, centre, prepared(centre, [arb(RADIUS)] * len(centre))
+
+
+def eliminated(domain: int) -> Tape:
+    """The field of a stance as the simulation has it: formulas without linear equations."""
+    gait = gaits.stabilised()
+    stance = gait.pattern.solved[domain]
+    outputs = len(gait.outputs.of(stance.name).coordinates)
+    contacts = gait.pattern.contacts(stance)
+    return record(_flow_functions(contacts, gait.law, stance, outputs, REFERENCE_ORDER, gait.outputs.phase)[0])
+
+
+def rate_of(tape: Tape, parameters: Sequence[arb]) -> Rate:
+    return lambda clock, state: [value.mid() for value in tape.balls([clock], state, parameters)[0]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_random_starts_land_in_the_enclosures(seed: int) -> None:
+    """Half a cycle from anywhere in the box: in 60 digits, by extrapolation of the eliminated formulas."""
+    system, prepared, centre, found = enclosed()
+    draws = np.random.default_rng(seed)
+    with working_precision(BITS):
+        offset = [arb(int(k)) * RADIUS / 2**20 for k in draws.integers(-(2**20), 2**20 + 1, len(centre))]
+        state = [c + o for c, o in zip(centre, offset, strict=True)]
+    for number, (leg, arc) in enumerate(zip(prepared.legs, found.arcs, strict=True)):
+        rate = rate_of(eliminated(number), leg.parameters)
+        clock, state = landed(leg, rate, state, arc.duration.mid(), STEPS, COLUMNS)
+        assert arc.duration.contains(clock)
+    with working_precision(BITS):
+        reached = (found.derivative * column(offset)).entries()
+        for name, at, extra, whole, value in zip(
+            system.state_names, found.centre, reached, found.image, state, strict=True
+        ):
+            assert whole.contains(value), name
+            assert (at + extra).overlaps(value + arb(0, ERROR)), name
+            assert float((at + extra).rad()) < 1e-2 * RADIUS, name
