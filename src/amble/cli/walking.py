@@ -139,7 +139,10 @@ def compare(
 
 
 def export(
-    gait: Annotated[Path, typer.Argument(help="Gait file.", show_default=False)],
+    gait: Annotated[
+        Path,
+        typer.Argument(help="Gait file; or the folder of a library with transitions.", show_default=False),
+    ],
     law: Annotated[str | None, typer.Option(help=options.LAW_HELP, show_default="the gait's own")] = None,
     control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     out: Annotated[
@@ -159,8 +162,12 @@ def export(
     """Write the controller as C: no heap, one header, a step function, test vectors and a program to replay them.
 
     A file name instead of a folder writes the motion, which `amble import` and other programs read; with --rate states,
-    torques, forces, contacts and poses of all bodies in the coordinates of physics engines.
+    torques, forces, contacts and poses of all bodies in the coordinates of physics engines. Of a library (after `amble
+    transitions`) it is one controller for all of its gaits, with a command.
     """
+    if gait.is_dir():
+        _export_library(gait, out, others=(law, control, rate))
+        return
     from amble.analysis.reference import reference_motion, write_reference
     from amble.export import export_controller
     from amble.gait.files import load_gait
@@ -185,3 +192,21 @@ def export(
     for path in exported.files:
         wrote(path)
     result(law=(chosen or walker.law).name)
+
+
+def _export_library(library: Path, out: Path, others: tuple[object, ...]) -> None:
+    """Write the controller of a library's gaits."""
+    from amble.export import export_schedule
+    from amble.gait.motion_formats import FORMATS
+    from amble.workflow.library import load_transitions
+
+    if any(option is not None for option in others) or out.suffix.lower() in FORMATS:
+        raise InputError("of a library the controller is exported, under its own laws; motions are those of its gaits")
+    found = load_transitions(library)
+    with progress("exporting"):
+        exported = export_schedule(found.schedule, found.changes, out)
+    for path in exported.files:
+        wrote(path)
+    size = 8 * found.schedule.tables.size
+    show(f"tables of {found.schedule.starts[..., 0].size} gaits: {size / 1024:.0f} KiB in double, half of it in float")
+    result(table_bytes=size, axes=list(found.axes))

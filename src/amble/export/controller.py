@@ -12,11 +12,13 @@ from amble.errors import InputError
 from amble.export.code import Code, build_rules, c_code, filled, template
 from amble.export.impedance import LONGEST, impedance_files, impedance_texts
 from amble.export.law import LATEST, StanceLaw, stance_laws, tables
+from amble.export.schedule import schedule_texts
 from amble.export.turning import turning_code
 from amble.export.vectors import DAMPING, smallest_pivot, test_vectors
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
 from amble.gait.linearising_law import control_of
+from amble.gait.schedule import Schedule
 from amble.io.storage import check_replaceable, replacing_folder
 from amble.version import __version__
 
@@ -68,8 +70,39 @@ def export_controller(gait: Gait, law: AllocationLaw | None, folder: str | Path)
     if not isinstance(control, Impedance):
         return export_state_controller(gait, law, folder)
     _require(gait, folder)
-    code, vectors = impedance_texts(gait, control, law)
-    comments = _comments(gait, law or gait.law)
+    return _impedance(folder, impedance_texts(gait, control, law), _comments(gait, law or gait.law))
+
+
+def export_schedule(schedule: Schedule, changes: Sequence[float], folder: str | Path) -> Exported:
+    """Write a gain-scheduled impedance law as C99: the interface of one gait under impedance, and a command.
+
+    ``amble_steer`` asks for a command, which is approached from step to step as in ``amble.steer``.
+
+    Args:
+        schedule: the law, such as ``Transitions.schedule``.
+        changes: how far the command of every axis may move from step to step (``Transitions.changes``).
+        folder: as in ``export_controller``.
+
+    Raises:
+        InputError: a stance has no feet, a change is not positive, or the folder cannot be written.
+    """
+    gait = schedule.gait
+    _require(gait, folder)
+    ranges = (
+        f"{axis} {row[0]:g} to {row[-1]:g} ({len(row)} gaits)"
+        for axis, row in zip(schedule.axes, schedule.values, strict=True)
+    )
+    own = _comments(gait, gait.law)
+    title = f"Walking controller: {gait.pattern.name}, {', '.join(ranges)}."
+    comments = {**own, "TITLE": title, "AXES_NAMES": ", ".join(schedule.axes)}
+    return _impedance(folder, schedule_texts(schedule, changes), comments)
+
+
+def _impedance(
+    folder: str | Path, texts: tuple[dict[str, str], dict[str, str]], comments: Mapping[str, str]
+) -> Exported:
+    """Write a controller under impedance from what its templates leave open."""
+    code, vectors = texts
     draft = {**impedance_files(code, comments, "0"), **vectors}
     files = impedance_files(code, comments, f"0x{content_key(draft.values())[:16]}ULL")
     return _written(folder, {**files, **vectors}, ["amble_controller.c"], [])
@@ -143,6 +176,7 @@ def _comments(gait: Gait, law: AllocationLaw) -> Mapping[str, str]:
         "CONTROL": control_of(gait).name,
         "JOINTS": ", ".join(gait.robot.joint_names),
         "FEET": ", ".join(gait.robot.foot_names),
+        "AXES_NAMES": "nothing",
     }
 
 

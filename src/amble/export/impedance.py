@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -89,17 +89,27 @@ def impedance_texts(gait: Gait, control: Impedance, law: AllocationLaw | None) -
     for stance, following in landings(gait):
         planned = domains[gait.pattern.solved.index(following)].duration
         domains.append(DomainTable.of(between[stance.name].parameters, joints, planned))
-    code = {
-        "JOINT_COUNT": str(joints),
+    peak, lines = vectors(gait, domains, np.random.default_rng(SEED))
+    return {**impedance_code(gait, [domains]), "AXES": "0"}, {"test_vectors.txt": "\n".join([repr(peak), *lines, ""])}
+
+
+def impedance_code(gait: Gait, nodes: Sequence[Sequence[DomainTable]]) -> dict[str, str]:
+    """Return what the templates leave open in code but for the axes: name -> text.
+
+    Args:
+        gait: the gait, or one of several with the same stances.
+        nodes: the tables of every gait, in the order of the grid.
+    """
+    return {
+        "JOINT_COUNT": str(len(gait.robot.joints)),
         "FOOT_COUNT": str(len(gait.robot.feet)),
         "GAIT_STANCES": str(len(gait.pattern.stances)),
         "STANCE_COUNT": str(len(gait.pattern.visited)),
         "HOLD": f"{HOLD:g}",
-        "LONGEST": repr(LONGEST * min(domain.duration for domain in domains)),
+        "LONGEST": repr(LONGEST * min(domain.duration for domains in nodes for domain in domains)),
         "DAMPING": repr(DAMPING),
-        "TABLES": _tables(gait, domains),
+        "TABLES": _tables(gait, nodes),
     }
-    return code, {"test_vectors.txt": _vectors(gait, domains)}
 
 
 def impedance_files(code: Mapping[str, str], comments: Mapping[str, str], content: str) -> dict[str, str]:
@@ -114,15 +124,15 @@ def impedance_files(code: Mapping[str, str], comments: Mapping[str, str], conten
     }
 
 
-def _tables(gait: Gait, domains: Sequence[DomainTable]) -> str:
-    robot, pattern = gait.robot, gait.pattern
+def _tables(gait: Gait, nodes: Sequence[Sequence[DomainTable]]) -> str:
+    robot, pattern, domains = gait.robot, gait.pattern, nodes[0]
     first = np.cumsum([0, *(domain.places.shape[1] for domain in domains)])
     joints = robot.mirror.joints if pattern.mirrored else None
     index = np.arange(len(robot.joints)) if joints is None else joints.index
     sign = np.ones(len(robot.joints)) if joints is None else joints.sign
 
-    def table(name: str, rows: Sequence[Vector]) -> str:
-        values = np.concatenate([np.ravel(row) for row in rows])
+    def table(name: str, part: Callable[[DomainTable], float | Vector]) -> str:
+        values = np.concatenate([np.ravel(part(domain)) for each in nodes for domain in each])
         return numbers(name, str(values.size), values, REAL)
 
     return "\n".join(
@@ -130,22 +140,25 @@ def _tables(gait: Gait, domains: Sequence[DomainTable]) -> str:
             f"#define LAWS {len(domains)}",
             f"#define COEFFICIENTS {ORDER + 1}",
             f"#define YOUNG {YOUNG!r}",
+            f"#define PIECES {first[-1]}",
+            "#define CURVES (PIECES * AMBLE_JOINTS * COEFFICIENTS)",
             "",
             *switch_tables(gait),
+            *(["/* In what follows one gait after the other, in the order of the grid. */"] if len(nodes) > 1 else []),
             "/* Planned duration, end of the curves, and when the references stand still, s. */",
-            numbers("DURATION", "LAWS", [domain.duration for domain in domains], REAL),
-            numbers("END", "LAWS", [domain.end for domain in domains], REAL),
-            numbers("HOLD", "LAWS", [domain.hold for domain in domains], REAL),
+            table("DURATION", lambda domain: domain.duration),
+            table("END", lambda domain: domain.end),
+            table("HOLD", lambda domain: domain.hold),
             "/* Pieces of a law: FIRST[law] up to FIRST[law + 1]; their begin and half length, s. */",
             whole_numbers("FIRST", "LAWS + 1", first),
-            table("BEGINS", [domain.places[0] for domain in domains]),
-            table("HALVES", [domain.places[1] for domain in domains]),
+            table("BEGINS", lambda domain: domain.places[0]),
+            table("HALVES", lambda domain: domain.places[1]),
             "/* Coefficients of the powers of xi, -1 to 1 over a piece: piece by piece, joint by joint; rad, N m. */",
-            table("ANGLES", [domain.angles for domain in domains]),
-            table("TORQUES", [domain.torques for domain in domains]),
+            table("ANGLES", lambda domain: domain.angles),
+            table("TORQUES", lambda domain: domain.torques),
             "/* Law by law, joint by joint: N m/rad, N m s/rad. */",
-            table("STIFFNESS", [domain.stiffness for domain in domains]),
-            table("DAMPING", [domain.damping for domain in domains]),
+            table("STIFFNESS", lambda domain: domain.stiffness),
+            table("DAMPING", lambda domain: domain.damping),
             numbers("TORQUE_LIMIT", "AMBLE_JOINTS", torque_limits(gait), REAL),
             numbers("SPEED_LIMIT", "AMBLE_JOINTS", speed_limits(gait), REAL),
             "/* The left-right mirror: a -> sign * a[index]. */",
@@ -156,36 +169,38 @@ def _tables(gait: Gait, domains: Sequence[DomainTable]) -> str:
     )
 
 
-def _vectors(gait: Gait, domains: Sequence[DomainTable]) -> str:
-    """The largest torque of the orbit, then one line a call: stance, clock, angles, rates, command, status."""
-    joints, generator = len(gait.robot.joints), np.random.default_rng(SEED)
-    lines, peak = [], 0.0
+def vectors(
+    gait: Gait, domains: Sequence[DomainTable], generator: np.random.Generator, command: Sequence[float] = ()
+) -> tuple[float, list[str]]:
+    """Return the largest torque of the references, and a line a call: stance, command, clock, angles, rates, answer."""
+    joints, lines, peak = len(gait.robot.joints), list[str](), 0.0
     for number, entry in enumerate(exported_stances(gait)):
         table = domains[entry.law]
         t, p = ca.SX.sym("t"), ca.SX.sym("p", table.packed.size)
         function = ca.Function("references", [t, p], list(references(p, joints, t)))
         for clock in np.linspace(0.0, 1.02 * table.hold, A_STANCE):
-            command = [np.asarray(part).ravel() for part in function(float(clock), table.packed)]
-            command += [table.stiffness, table.damping]
+            answer = [np.asarray(part).ravel() for part in function(float(clock), table.packed)]
+            answer += [table.stiffness, table.damping]
             if entry.mirrored:
                 mirror = gait.robot.mirror.joints
-                command = [mirror(part) for part in command[:3]] + [part[mirror.index] for part in command[3:]]
-            peak = max(peak, float(np.abs(command[2]).max()))
-            lines.append(_line(gait, number, float(clock), table, command, generator))
-    return "\n".join([repr(peak), *lines, ""])
+                answer = [mirror(part) for part in answer[:3]] + [part[mirror.index] for part in answer[3:]]
+            peak = max(peak, float(np.abs(answer[2]).max()))
+            stance = " ".join([str(number), *(repr(float(value)) for value in command)])
+            lines.append(_line(gait, stance, float(clock), table, answer, generator))
+    return peak, lines
 
 
 def _line(
-    gait: Gait, number: int, clock: float, table: DomainTable, command: list[Vector], generator: np.random.Generator
+    gait: Gait, stance: str, clock: float, table: DomainTable, answer: list[Vector], generator: np.random.Generator
 ) -> str:
-    angle, rate, torque, stiffness, damping = command
+    angle, rate, torque, stiffness, damping = answer
     q = angle + DISTURBANCE * generator.normal(size=angle.size)
     qd = rate + 10.0 * DISTURBANCE * generator.normal(size=angle.size)
     whole = torque - stiffness * (q - angle) - damping * (qd - rate)
     limit = torque_limits(gait)
     status = (SATURATED if np.any(np.abs(whole) > limit) else OK) | (LATE if clock >= table.hold else OK)
     values = _flat([q, qd, angle, rate, torque, stiffness, damping, np.clip(whole, -limit, limit)])
-    return " ".join([str(number), repr(clock), *values, str(status)])
+    return " ".join([stance, repr(clock), *values, str(status)])
 
 
 def _flat(parts: Sequence[Vector]) -> Iterator[str]:

@@ -21,6 +21,7 @@ from amble.workflow.library.axes import read_library
 from amble.workflow.library.between import FOLDER, HEADER, load_transitions, transitions
 from amble.workflow.library.entry import Made
 from amble.workflow.library.files import claim_folder, load_library, write_entry
+from tests.cli.run import exit_code
 from tests.workflow.library.test_axes import written
 
 
@@ -113,3 +114,22 @@ def test_only_what_can_be_commanded_is_steered_along(folder: Path) -> None:
         transitions(replace(library, entries=slopes))
     with pytest.raises(InputError, match="friction"):
         transitions(library, friction=-1.0)
+
+
+def test_the_command_line_steers_and_exports(
+    steerable: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    commands, out = tmp_path / "commands.csv", tmp_path / "steered.csv"
+    commands.write_text("time,speed\n0,0.2\n0.01,0.25\n")
+    arguments = ("steer", str(steerable), "--commands", str(commands), "--duration", "0.3", "--out", str(out))
+    assert exit_code(*arguments) == 0
+    followed = [float(row.split(",")[2]) for row in out.read_text().splitlines()[1:]]
+    assert followed == pytest.approx([0.2, 0.21])
+    assert exit_code("export", str(steerable), "--out", str(tmp_path / "controller")) == 0
+    said = capsys.readouterr().out
+    assert "tables of 2 gaits" in said
+    header = (tmp_path / "controller" / "amble_controller.h").read_text()
+    assert "#define AMBLE_AXES 1" in header
+    assert "speed 0.2 to 0.3 (2 gaits)" in header
+    assert exit_code("export", str(steerable), "--law", "pinv", "--out", str(tmp_path / "other")) == 2
+    assert exit_code("export", str(tmp_path), "--out", str(tmp_path / "other")) == 2

@@ -7,27 +7,73 @@ typedef AMBLE_REAL real;
 #define MARK 0x616d626c
 
 @TABLES@
+#if AMBLE_AXES
+/* One of `size` numbers of a table, between the gaits around the command. */
+static real at(const amble_controller *c, const real *table, int size, int place) {
+  real sum = 0;
+  int k;
+  for (k = 0; k < AMBLE_CORNERS; k++) sum += c->weight[k] * table[c->node[k] * size + place];
+  return sum;
+}
+
+/* Find the gaits around the command that is followed, and their multilinear weights. */
+static void surround(amble_controller *c) {
+  int cell[AMBLE_AXES], axis, k;
+  real share[AMBLE_AXES];
+  const real *values = GRID;
+  for (axis = 0; axis < AMBLE_AXES; axis++) {
+    int i = 0;
+    while (i + 2 < GAITS[axis] && c->followed[axis] >= values[i + 1]) i++;
+    cell[axis] = i;
+    share[axis] = (c->followed[axis] - values[i]) / (values[i + 1] - values[i]);
+    values += GAITS[axis];
+  }
+  for (k = 0; k < AMBLE_CORNERS; k++) {
+    c->node[k] = 0;
+    c->weight[k] = 1;
+    for (axis = 0; axis < AMBLE_AXES; axis++) {
+      int side = (k >> axis) & 1;
+      c->node[k] = c->node[k] * GAITS[axis] + cell[axis] + side;
+      c->weight[k] *= side ? share[axis] : 1 - share[axis];
+    }
+  }
+}
+
+/* Move the command that is followed towards what was asked for, where a step begins. */
+static void move(amble_controller *c) {
+  int axis;
+  for (axis = 0; axis < AMBLE_AXES; axis++) {
+    real way = c->asked[axis] - c->followed[axis];
+    if (way > CHANGE[axis]) way = CHANGE[axis];
+    if (way < -CHANGE[axis]) way = -CHANGE[axis];
+    c->followed[axis] += way;
+  }
+  surround(c);
+}
+#else
+#define at(c, table, size, place) ((void)(c), (table)[place])
+#endif
+
 /* Values and rates of a law's curves at a clock; outside, the first and last pieces go on. */
-static void curves(int law, real clock, real *angle, real *rate, real *torque) {
-  const real *begins = BEGINS + FIRST[law];
-  int count = FIRST[law + 1] - FIRST[law], piece = 0, i, k;
-  real inside = clock < END[law] ? clock : END[law];
-  real beyond = (clock < HOLD[law] ? clock : HOLD[law]) - inside, xi, half;
-  while (piece + 1 < count && inside >= begins[piece + 1]) piece++;
-  half = HALVES[FIRST[law] + piece];
-  xi = (inside - begins[piece]) / half - 1;
+static void curves(const amble_controller *c, int law, real *angle, real *rate, real *torque) {
+  int piece = FIRST[law], last = FIRST[law + 1] - 1, i, k;
+  real clock = c->clock, end = at(c, END, LAWS, law), hold = at(c, HOLD, LAWS, law);
+  real inside = clock < end ? clock : end, beyond = (clock < hold ? clock : hold) - inside, xi, half;
+  while (piece < last && inside >= at(c, BEGINS, PIECES, piece + 1)) piece++;
+  half = at(c, HALVES, PIECES, piece);
+  xi = (inside - at(c, BEGINS, PIECES, piece)) / half - 1;
   for (i = 0; i < AMBLE_JOINTS; i++) {
-    const real *a = ANGLES + ((FIRST[law] + piece) * AMBLE_JOINTS + i) * COEFFICIENTS;
-    const real *u = TORQUES + ((FIRST[law] + piece) * AMBLE_JOINTS + i) * COEFFICIENTS;
-    real value = a[COEFFICIENTS - 1], slope = 0, push = u[COEFFICIENTS - 1];
+    int first = (piece * AMBLE_JOINTS + i) * COEFFICIENTS;
+    real value = at(c, ANGLES, CURVES, first + COEFFICIENTS - 1), slope = 0;
+    real push = at(c, TORQUES, CURVES, first + COEFFICIENTS - 1);
     for (k = COEFFICIENTS - 2; k >= 0; k--) {
       slope = slope * xi + value;
-      value = value * xi + a[k];
-      push = push * xi + u[k];
+      value = value * xi + at(c, ANGLES, CURVES, first + k);
+      push = push * xi + at(c, TORQUES, CURVES, first + k);
     }
     slope /= half;
     angle[i] = value + slope * beyond;
-    rate[i] = clock < HOLD[law] ? slope : 0;
+    rate[i] = clock < hold ? slope : 0;
     torque[i] = push;
   }
 }
@@ -36,15 +82,15 @@ static void curves(int law, real clock, real *angle, real *rate, real *torque) {
 static void refer(const amble_controller *c, amble_command *out) {
   real angle[AMBLE_JOINTS], rate[AMBLE_JOINTS], torque[AMBLE_JOINTS];
   int law = LAW_OF[c->stance], mirrored = MIRRORED[c->stance], i;
-  curves(law, c->clock, angle, rate, torque);
+  curves(c, law, angle, rate, torque);
   for (i = 0; i < AMBLE_JOINTS; i++) {
     int from = mirrored ? JOINT_INDEX[i] : i;
     real sign = mirrored ? JOINT_SIGN[i] : 1;
     out->angle[i] = sign * angle[from];
     out->rate[i] = sign * rate[from];
     out->torque[i] = sign * torque[from];
-    out->stiffness[i] = STIFFNESS[law * AMBLE_JOINTS + from];
-    out->damping[i] = DAMPING[law * AMBLE_JOINTS + from];
+    out->stiffness[i] = at(c, STIFFNESS, LAWS * AMBLE_JOINTS, law * AMBLE_JOINTS + from);
+    out->damping[i] = at(c, DAMPING, LAWS * AMBLE_JOINTS, law * AMBLE_JOINTS + from);
   }
 }
 
@@ -113,13 +159,16 @@ static int between_landings(int stance) { return stance >= AMBLE_GAIT_STANCES; }
 /* Pass one switch that the feet ask for; whether there was one. A foot lands where it is down after it was up. */
 static int switched(amble_controller *c) {
   int i, here = c->stance;
-  if (!between_landings(here) && c->clock < (real)AMBLE_EARLIEST * DURATION[LAW_OF[here]]) return 0;
+  if (!between_landings(here) && c->clock < (real)AMBLE_EARLIEST * at(c, DURATION, LAWS, LAW_OF[here])) return 0;
   for (i = 0; i < SWITCHES; i++) {
     unsigned landing = SWITCH[i].landing;
     if (SWITCH[i].source != here) continue;
     if (landing ? (c->down & c->clear & landing) != landing : (c->down & SWITCH[i].lifting) != 0) continue;
     c->stance = SWITCH[i].target;
     c->clock = 0;
+#if AMBLE_AXES
+    if (c->stance % STEP == 0) move(c);
+#endif
     return 1;
   }
   return 0;
@@ -135,7 +184,7 @@ static void follow(amble_controller *c) {
 /* A stance foot is up that stays down, or a swing foot down that neither just lifted nor is about to land. */
 static int wrong(const amble_controller *c) {
   unsigned here = DOWN[c->stance], after = AFTER[c->stance];
-  int young = between_landings(c->stance) || c->clock < (real)YOUNG * DURATION[LAW_OF[c->stance]];
+  int young = between_landings(c->stance) || c->clock < (real)YOUNG * at(c, DURATION, LAWS, LAW_OF[c->stance]);
   unsigned allowed = here | after | (young ? BEFORE[c->stance] : 0u), needed = young ? here : here & after;
   return (c->down & ~allowed) != 0 || (needed & ~c->down) != 0;
 }
@@ -153,9 +202,42 @@ unsigned amble_enter(amble_controller *c, int stance) {
     c->ticks[i] = 0;
     c->since[i] = 0;
   }
+#if AMBLE_AXES
+  for (i = 0; i < AMBLE_AXES; i++) c->asked[i] = c->followed[i] = START[i];
+  surround(c);
+#endif
   c->entered = MARK;
   return AMBLE_OK;
 }
+
+#if AMBLE_AXES
+unsigned amble_steer(amble_controller *c, const AMBLE_REAL command[AMBLE_AXES]) {
+  unsigned status = AMBLE_OK;
+  int axis;
+  for (axis = 0; axis < AMBLE_AXES; axis++) {
+    if (!isfinite(command[axis])) return AMBLE_NOT_FINITE;
+  }
+  for (axis = 0; axis < AMBLE_AXES; axis++) {
+    real asked = command[axis];
+    if (asked < LOWEST[axis] || asked > HIGHEST[axis]) {
+      status = AMBLE_OUT_OF_RANGE;
+      asked = asked < LOWEST[axis] ? LOWEST[axis] : HIGHEST[axis];
+    }
+    c->asked[axis] = asked;
+  }
+  return status;
+}
+
+unsigned amble_enter_at(amble_controller *c, int stance, const AMBLE_REAL command[AMBLE_AXES]) {
+  unsigned status = amble_enter(c, stance);
+  int axis;
+  if (status != AMBLE_OK) return status;
+  status = amble_steer(c, command);
+  for (axis = 0; axis < AMBLE_AXES; axis++) c->followed[axis] = c->asked[axis];
+  surround(c);
+  return status;
+}
+#endif
 
 unsigned amble_step(amble_controller *c, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE_JOINTS],
                     const AMBLE_REAL qd[AMBLE_JOINTS], const unsigned char contact[AMBLE_FEET],
@@ -171,7 +253,7 @@ unsigned amble_step(amble_controller *c, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE
   c->silent = 0;
   confirm(c, dt, contact);
   follow(c);
-  if (c->clock >= HOLD[LAW_OF[c->stance]]) status |= AMBLE_LATE;
+  if (c->clock >= at(c, HOLD, LAWS, LAW_OF[c->stance])) status |= AMBLE_LATE;
   if (wrong(c)) status |= AMBLE_CONTACT_FLAGS;
   for (i = 0; i < AMBLE_JOINTS; i++) {
     if (!isfinite(q[i]) || !isfinite(qd[i])) return fallback(status | AMBLE_NOT_FINITE, q, qd, command);

@@ -24,6 +24,13 @@
 #define AMBLE_GAIT_STANCES @GAIT_STANCES@
 #define AMBLE_STANCES @STANCE_COUNT@
 
+/* What is commanded, in this order: @AXES_NAMES@. 0 axes where the controller is that of one gait. */
+#define AMBLE_AXES @AXES@
+#if AMBLE_AXES
+/* Gaits around a command. */
+#define AMBLE_CORNERS (1 << AMBLE_AXES)
+#endif
+
 #ifdef AMBLE_FLOAT
 typedef float AMBLE_REAL;
 #else
@@ -66,7 +73,8 @@ enum {
   AMBLE_NOT_FINITE = 32,   /* fallback: torque and stiffness 0, damping AMBLE_DAMPING; the clock goes on */
   AMBLE_BAD_CLOCK = 64,    /* the step was negative, no number, or longer than AMBLE_LONGEST_STEP and cut to it */
   AMBLE_NOT_ENTERED = 128, /* fallback; nothing changes until amble_enter */
-  AMBLE_SILENT = 256       /* fallback of amble_watchdog, with NOT_ENTERED from then on */
+  AMBLE_SILENT = 256,      /* fallback of amble_watchdog, with NOT_ENTERED from then on */
+  AMBLE_OUT_OF_RANGE = 512 /* amble_steer, amble_enter_at: a command beyond the gaits was cut to the range */
 };
 
 #define AMBLE_LONGEST_STEP @LONGEST@
@@ -81,6 +89,12 @@ typedef struct {
   int ticks[AMBLE_FEET];       /* how often in a row a flag differed from that, and for how long */
   AMBLE_REAL since[AMBLE_FEET];
   AMBLE_REAL silent; /* time without a step, s */
+#if AMBLE_AXES
+  AMBLE_REAL asked[AMBLE_AXES];    /* the command that was asked for, and the one that is followed in this step */
+  AMBLE_REAL followed[AMBLE_AXES];
+  int node[AMBLE_CORNERS];         /* gaits around it, and their weights */
+  AMBLE_REAL weight[AMBLE_CORNERS];
+#endif
 } amble_controller;
 
 /* What motor drivers take: torque + stiffness (q - angle) ... and sum, all of it for measured angles and rates,
@@ -112,6 +126,16 @@ unsigned amble_step(amble_controller *controller, AMBLE_REAL dt, const AMBLE_REA
  * events that it did not see. A dt that is negative or no number counts as too long. */
 unsigned amble_watchdog(amble_controller *controller, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE_JOINTS],
                         const AMBLE_REAL qd[AMBLE_JOINTS], amble_command *command);
+
+#if AMBLE_AXES
+/* Ask for a command. From the next step on it is approached, in every axis by the change a step that was walked at most.
+ * Returns AMBLE_OK, AMBLE_OUT_OF_RANGE, or AMBLE_NOT_FINITE, where nothing is asked for. amble_enter begins with the
+ * command nearest to 0. */
+unsigned amble_steer(amble_controller *controller, const AMBLE_REAL command[AMBLE_AXES]);
+
+/* As amble_enter, with this command in its first step. */
+unsigned amble_enter_at(amble_controller *controller, int stance, const AMBLE_REAL command[AMBLE_AXES]);
+#endif
 
 /* Whether a foot stands in a stance. */
 int amble_stands(int stance, int foot);

@@ -1,0 +1,65 @@
+"""A gain-scheduled impedance law as C99: tables of all its gaits, and a command beside the interface of one gait."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from amble.errors import InputError
+from amble.export.impedance import REAL, DomainTable, impedance_code, vectors
+from amble.export.law import numbers, whole_numbers
+from amble.export.vectors import SEED
+from amble.gait.impedance import HOLD
+from amble.gait.schedule import Schedule
+from amble.types import NodeValues
+
+INSIDE = 5
+"""Commands of the test vectors that are drawn, beside the gaits at both ends of all axes."""
+
+
+def schedule_texts(schedule: Schedule, changes: Sequence[float]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return what the templates leave open in code, and the test vectors: name -> text.
+
+    Args:
+        schedule: the law.
+        changes: how far the command of every axis may move from step to step.
+
+    Raises:
+        InputError: a change is missing or not positive.
+    """
+    if len(changes) != len(schedule.axes) or not all(0.0 < change < np.inf for change in changes):
+        raise InputError("every axis needs a largest change of its command a step, above 0")
+    gait, axes = schedule.gait, len(schedule.axes)
+    nodes = [_domains(schedule, packed) for packed in schedule.tables.reshape(-1, *schedule.tables.shape[axes:])]
+    code = impedance_code(gait, nodes)
+    lowest, highest = ([row[end] for row in schedule.values] for end in (0, -1))
+    grid = [
+        f"#define STEP {len(gait.pattern.solved)}",
+        "/* Values of the gaits, axis by axis, and how many; range, change a step, and where amble_enter begins. */",
+        whole_numbers("GAITS", "AMBLE_AXES", [len(row) for row in schedule.values]),
+        numbers("GRID", str(sum(map(len, schedule.values))), itertools.chain(*schedule.values), REAL),
+        numbers("LOWEST", "AMBLE_AXES", lowest, REAL),
+        numbers("HIGHEST", "AMBLE_AXES", highest, REAL),
+        numbers("CHANGE", "AMBLE_AXES", changes, REAL),
+        numbers("START", "AMBLE_AXES", [min(row, key=abs) for row in schedule.values], REAL),
+        "",
+    ]
+    code |= {"AXES": str(axes), "TABLES": "\n".join([code["TABLES"], *grid])}
+    return code, {"test_vectors.txt": _vectors(schedule, lowest, highest)}
+
+
+def _vectors(schedule: Schedule, lowest: Sequence[float], highest: Sequence[float]) -> str:
+    generator, lines, peak = np.random.default_rng(SEED), list[str](), 0.0
+    drawn = [generator.uniform(lowest, highest).tolist() for _ in range(INSIDE)]
+    for command in (lowest, highest, *drawn):
+        packed = np.array([entry.parameters for entry in schedule.law(command).entries])
+        largest, more = vectors(schedule.gait, _domains(schedule, packed), generator, command)
+        peak, lines = max(peak, largest), lines + more
+    return "\n".join([repr(peak), *lines, ""])
+
+
+def _domains(schedule: Schedule, packed: NodeValues) -> list[DomainTable]:
+    joints = len(schedule.gait.robot.joints)
+    return [DomainTable.of(row, joints, float(row[1]) / HOLD) for row in packed]

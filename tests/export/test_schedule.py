@@ -1,0 +1,98 @@
+"""The exported gain-scheduled law: commands as in Python at the gaits and between, and how it follows what is asked."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amble.errors import InputError
+from amble.export import export_schedule
+from amble.gait import Gait
+from amble.gait.impedance import Impedance
+from amble.gait.schedule import Schedule, impedance_schedule
+from tests.export.test_impedance import FEET, JOINTS, NOT_FINITE, Command, Numbers, built
+from tests.export.test_impedance import Controller as OneGait
+
+OUT_OF_RANGE, CHANGE = 512, 0.03
+
+
+class Controller(ctypes.Structure):
+    _fields_ = (
+        *OneGait._fields_,
+        ("asked", ctypes.c_double * 1),
+        ("followed", ctypes.c_double * 1),
+        ("node", ctypes.c_int * 2),
+        ("weight", ctypes.c_double * 2),
+    )
+
+
+@pytest.fixture(scope="module")
+def schedule(stabilised_gait: Gait) -> Schedule:
+    """One gait at three speeds, the tables of the others changed at random: any numbers do for arithmetic."""
+    gait = replace(stabilised_gait, control=Impedance())
+    found = impedance_schedule({(speed,): gait for speed in (0.1, 0.2, 0.4)}, ("speed",))
+    share = np.random.default_rng(5).uniform(0.9, 1.1, found.tables.shape)
+    share[..., :2], share[0] = share[..., :1], 1.0
+    return replace(found, tables=found.tables * share)
+
+
+@pytest.fixture(scope="module")
+def folder(schedule: Schedule, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export_schedule(schedule, (CHANGE,), tmp_path_factory.mktemp("export") / "controller").folder
+
+
+@pytest.mark.parametrize(("flags", "largest"), [((), 1e-12), (("-DAMBLE_FLOAT",), 1e-4)])
+def test_the_vectors_replay(folder: Path, tmp_path: Path, flags: tuple[str, ...], largest: float) -> None:
+    """Relative to the largest torque: seven commands of 80 calls each."""
+    program = built(folder, tmp_path / "replay", *flags, str(folder / "replay.c"))
+    ran = subprocess.run([program, folder / "test_vectors.txt"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    words = ran.stdout.split()
+    assert (int(words[0]), int(words[2])) == (560, 0)
+    assert float(words[-1]) <= largest
+
+
+def test_commands_are_followed_from_step_to_step(folder: Path, schedule: Schedule, tmp_path: Path) -> None:
+    library, c, out = ctypes.CDLL(str(built(folder, tmp_path / "c.so", "-shared", "-fPIC"))), Controller(), Command()
+    stances = [[foot in s.feet for foot in schedule.gait.robot.foot_names] for s in schedule.gait.pattern.stances]
+
+    def steer(value: float) -> int:
+        return int(library.amble_steer(ctypes.byref(c), (ctypes.c_double * 1)(value)))
+
+    def tick(flags: list[bool]) -> None:
+        library.amble_step(
+            ctypes.byref(c), ctypes.c_double(0.001), Numbers(), Numbers(), (ctypes.c_ubyte * FEET)(*flags),
+            ctypes.byref(out),
+        )  # fmt: skip
+
+    assert library.amble_enter(ctypes.byref(c), 0) == 0
+    assert (c.followed[0], c.asked[0]) == (0.1, 0.1)
+    assert steer(9.0) == OUT_OF_RANGE
+    assert c.asked[0] == 0.4
+    assert steer(float("nan")) == NOT_FINITE
+    assert steer(0.17) == 0
+    seen = []
+    for stance in (0, 1, 2, 3, 0, 1, 2, 3, 0):
+        for _ in range(3):
+            tick(stances[stance])
+        assert c.stance == stance
+        seen.append(c.followed[0])
+    expected = [0.1, 0.1, 0.13, 0.13, 0.16, 0.16, 0.17, 0.17, 0.17]  # a step is half a cycle
+    assert seen == pytest.approx(expected, abs=1e-15)
+    weights = schedule.weights((0.17,))
+    assert {node: weight for node, weight in zip(c.node, c.weight, strict=True) if weight} == pytest.approx(
+        {node: weight for (node,), weight in weights.items()}
+    )
+    law = schedule.law((0.17,)).entries[0].parameters
+    np.testing.assert_allclose(list(out.stiffness), law[2 : 2 + JOINTS], rtol=1e-13)
+
+
+def test_changes_have_to_be_given(schedule: Schedule, tmp_path: Path) -> None:
+    for changes in ((), (0.0,), (float("inf"),), (0.1, 0.1)):
+        with pytest.raises(InputError, match="largest change"):
+            export_schedule(schedule, changes, tmp_path / "controller")
