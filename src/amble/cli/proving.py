@@ -131,7 +131,7 @@ def _sentences(proof: Proof) -> list[str]:
         reach = ", ".join(f"{value:.3g}" for value in proof.proved.basin_extent)
         lines.append(
             f"proved: attracts from a ball that reaches ({reach}), with at most {proof.proved.basin_rate:.4g} of the "
-            "distance left after every cycle"
+            f"distance left after every {'half of a ' if proof.half else ''}cycle"
         )
     if proof.basin_limit:
         lines.append(f"not proved: a larger basin; {proof.basin_limit}")
