@@ -29,8 +29,8 @@ from tests.proof import gaits
 from tests.proof.points import BITS, Rate, landed
 
 DATA = Path(__file__).parents[1] / "data"
-RADIUS, STEPS, COLUMNS, ERROR = 2.0**-46, 12, 8, 1e-18
-"""Of the box; of an integration through a stance, and its error: doubling the steps changes less."""
+RADIUS, STEPS, COLUMNS, ERROR = 2.0**-46, 20, 12, 1e-18
+"""Of the box; of an integration through a stance, and what is allowed for its error (12 steps of 8 err by more)."""
 
 
 def test_feet_that_land_together_are_refused_by_name() -> None:
