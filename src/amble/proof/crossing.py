@@ -71,10 +71,10 @@ def cross(leg: Leg, clock: arb, here: MovingSet, watch: Watch) -> Crossed:
     steepest = arb_mat(size, size, [entry.abs_upper() for entry in leg.field.slope(part).entries()])
     grown = (steepest * reach.abs_upper()).exp() - identity(size)
     near_one = identity(size) + arb_mat(size, size, [symmetric(entry) for entry in grown.entries()])
-    turned, _ = _saltation(leg, part, identity(size), column([arb(0)] * size))
+    turned = _saltation(leg, part, identity(size), column([arb(0)] * size))
     crossed = _sharp(leg, part.during, here.moved(at, turned * near_one).hull())
     _, flat, reset_t = leg.reset.balls([part.during], crossed.box, leg.parameters)
-    slope, speed = _saltation(leg, crossed, arb_mat(size, len(image), flat).transpose(), column(reset_t))
+    slope = _saltation(leg, crossed, arb_mat(size, len(image), flat).transpose(), column(reset_t))
     return Crossed(
         after=here.moved(image, slope * near_one),
         duration=clock - (leg.exit.at(clock, hull, leg.parameters)[0] / speed),
@@ -82,8 +82,8 @@ def cross(leg: Leg, clock: arb, here: MovingSet, watch: Watch) -> Crossed:
     )
 
 
-def _saltation(leg: Leg, part: Part, slope: arb_mat, drift: arb_mat) -> tuple[arb_mat, arb]:
-    """Return the slope of a function of the state at the crossing, which lies in a part, and the guard's rate there.
+def _saltation(leg: Leg, part: Part, slope: arb_mat, drift: arb_mat) -> arb_mat:
+    """Return the slope of a function of the state at the crossing, which lies in a part.
 
     Args:
         leg: the domain.
@@ -94,7 +94,7 @@ def _saltation(leg: Leg, part: Part, slope: arb_mat, drift: arb_mat) -> tuple[ar
     _, along, _ = leg.exit.at(part.during, part.box, leg.parameters)
     _, speed = leg.rises(leg.exit, part)
     moved = slope * column(part.rate) + drift
-    return slope - moved * arb_mat(1, len(along), along) / speed, speed
+    return slope - moved * arb_mat(1, len(along), along) / speed
 
 
 def _sharp(leg: Leg, during: arb, box: Sequence[arb]) -> Part:
