@@ -52,7 +52,7 @@ def test_a_large_file_is_refused_without_reading_it(tmp_path: Path) -> None:
     path = tmp_path / "large"
     with path.open("wb") as stream:
         stream.truncate(2**36)  # sparse: takes no room on the disk
-    refused(path, "it has more than 64 MB")
+    refused(path, "it has more than 16 MB")
 
 
 def test_a_file_is_held_to_its_limit_while_it_is_read(tmp_path: Path) -> None:

@@ -6,8 +6,6 @@ is held against the gait's cycle, stretched by a factor and shifted in time so t
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +15,8 @@ import numpy as np
 from amble.analysis.samples import samples_of_gait
 from amble.errors import InputError, printable, shown
 from amble.gait import Gait
-from amble.io.reader import parse_number, read_text
+from amble.io.reader import parse_number
+from amble.io.table import read_table
 from amble.types import Json, Matrix, NodeValues, Vector, frozen
 
 SLOWEST, FASTEST, PACES, SHIFTS = 0.7, 1.4, 57, 60
@@ -84,10 +83,7 @@ def read_log(path: str | Path, gait: Gait) -> Log:
             times do not ascend, or there are fewer than ten samples.
     """
     name = f"log '{printable(Path(path).name)}'"
-    try:
-        rows = list(csv.reader(io.StringIO(read_text(path, "log"), newline=None)))
-    except csv.Error as error:
-        raise InputError(f"{name} is no table: {shown(str(error))}") from None
+    rows = read_table(path, "log")[1]
     header, joints = [cell.strip() for cell in rows[0]] if rows else [], gait.robot.joint_names
     torques = [f"torque {joint}" for joint in joints]
     wanted = ["time", *joints, *(torques if any(label in header for label in torques) else [])]

@@ -26,7 +26,7 @@ def main(wanted: dict[str, Any]) -> None:
 
     Args:
         wanted: ``texts``: variables of text; ``fields``: name -> path to it in an entry of the variable gait; ``own``:
-            the same, of files that amble wrote; ``seconds`` of processor time; ``bytes`` of memory.
+            the same, of files that amble wrote; ``seconds`` of processor time; ``bytes`` of memory; ``most`` domains.
     """
     _limit(resource.RLIMIT_CPU, wanted["seconds"])
     _limit(resource.RLIMIT_CORE, 0)
@@ -59,6 +59,8 @@ def _found(loadmat: Any, wanted: dict[str, Any]) -> dict[str, Any]:
     if gait is None or gait.dtype.names is None or not {"tspan", "states"} <= set(gait.dtype.names):
         raise RefusedError("has no variable gait, a struct with tspan and states.x")
     arrays = {key: np.array([_text(value) for value in file[key].ravel()]) for key in wanted["texts"] if key in file}
+    if gait.size > 2 * wanted["most"]:
+        raise RefusedError(f"has more than {wanted['most']} domains")
     for number, entry in enumerate(_domains(gait)):
         arrays[f"{number} name"] = np.array(_text(entry["name"]) if "name" in gait.dtype.names else "")
         inputs = entry["inputs"] if "inputs" in gait.dtype.names else None

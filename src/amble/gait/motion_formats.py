@@ -15,8 +15,9 @@ import numpy as np
 
 from amble.errors import InputError, printable, shown
 from amble.gait.record import Gait
-from amble.gait.recorded import FIELDS, HEADER, LARGEST, RecordedDomain, RecordedMotion
-from amble.io.reader import opened, parse_json, parse_number, read_bytes, read_text
+from amble.gait.recorded import FIELDS, HEADER, LARGEST, MOST_NAMES, RecordedDomain, RecordedMotion
+from amble.io.reader import opened, parse_json, parse_number, read_bytes
+from amble.io.table import read_table
 from amble.io.worker import by_worker
 from amble.types import Json
 
@@ -37,7 +38,10 @@ Found = TypeVar("Found")
 MAT_TITLE = b"MATLAB 5.0 MAT-file, written by amble".ljust(116)
 """How a mat file begins: any text."""
 
-SECONDS, BYTES_A_SECOND = 20, 10 * 2**20
+ENTRY = b"PK\x01\x02"
+"""How an entry in the directory of a zip file begins: without one no file is found."""
+
+SECONDS, BYTES_A_SECOND = 5, 20 * 2**20
 """Processor time in which a mat file is read: what a small one may take, and how much of a large one in a second."""
 
 
@@ -59,10 +63,13 @@ def _write_npz(gait: Gait, text: str) -> bytes:
 def _read_npz(path: str | Path) -> RecordedMotion:
     name = Path(path).name
     data = read_bytes(path, "motion", LARGEST)
+    if data.count(ENTRY) > MOST_NAMES:
+        raise InputError(f"motion '{printable(name)}' holds more than {MOST_NAMES} arrays")
 
     def read() -> dict[str, Any]:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            _check_size(sum(entry.file_size for entry in archive.infolist()), name)
+            if sum(entry.file_size for entry in archive.infolist()) > LARGEST:
+                raise InputError(f"motion '{printable(name)}' unpacks to more than {LARGEST} bytes")
         with np.load(io.BytesIO(data), allow_pickle=False) as found:
             return {key: np.asarray(found[key]) for key in found.files}
 
@@ -81,8 +88,15 @@ def _read_npz(path: str | Path) -> RecordedMotion:
         name,
         _domains(parts, name),
         _header(None if header is None else str(header), name),
-        None if columns is None else tuple(str(column) for column in columns.ravel()),
+        None if columns is None else _titles(columns, name),
     )
+
+
+def _titles(columns: Any, name: str) -> tuple[str, ...]:
+    """Return the names of coordinates."""
+    if columns.dtype.kind != "U" or columns.size > MOST_NAMES:
+        raise InputError(f"motion '{printable(name)}': its coordinates are no names, or more than {MOST_NAMES}")
+    return tuple(map(str, columns.ravel()))
 
 
 def _by_library(read: Callable[[], Found], name: str, what: str) -> Found:
@@ -95,11 +109,6 @@ def _by_library(read: Callable[[], Found], name: str, what: str) -> Found:
         raise
     except Exception as error:
         raise InputError(f"motion '{printable(name)}' is no {what}: {shown(str(error))}") from None
-
-
-def _check_size(size: int, name: str) -> None:
-    if size > LARGEST:
-        raise InputError(f"motion '{printable(name)}' unpacks to more than {LARGEST} bytes")
 
 
 def _write_csv(gait: Gait, text: str) -> bytes:
@@ -126,12 +135,10 @@ def _columns(names: Sequence[str]) -> list[str]:
 
 
 def _read_csv(path: str | Path) -> RecordedMotion:
-    name, text = Path(path).name, read_text(path, "motion", LARGEST)
-    header = None
-    if text.startswith(f"# {HEADER} "):
-        first, _, text = text.partition("\n")
-        header = first[len(HEADER) + 3 :]
-    head, *rows = _by_library(lambda: list(csv.reader(io.StringIO(text))), name, "table") or [[]]
+    name = Path(path).name
+    comment, table = read_table(path, "motion")
+    header = comment.removeprefix(f"{HEADER} ") if comment.startswith(f"{HEADER} ") else None
+    head, *rows = table or [[]]
     if head[:2] != ["domain", "time"]:
         raise InputError(f"motion '{printable(name)}': its columns begin with domain and time, then the coordinates")
     kinds = {"rate of ": "velocities", "acceleration of ": "accelerations", "torque ": "torques", "force ": "forces"}
@@ -139,13 +146,15 @@ def _read_csv(path: str | Path) -> RecordedMotion:
     field_of = [
         next((kind for start, kind in kinds.items() if title.startswith(start)), "positions") for title in titles
     ]
-    table: dict[str, list[list[str]]] = {}
+    by_domain: dict[str, list[list[str]]] = {}
     for number, row in enumerate(rows, start=2):
         if len(row) != len(head):
             raise InputError(f"motion '{printable(name)}': row {number} has {len(row)} cells, not {len(head)}")
-        table.setdefault(row[0], []).append(row[1:])
+        by_domain.setdefault(row[0], []).append(row[1:])
+    if len(by_domain) > MOST_NAMES:
+        raise InputError(f"motion '{printable(name)}' has more than {MOST_NAMES} domains")
     parts: dict[str, dict[str, Any]] = {}
-    for domain, lines in table.items():
+    for domain, lines in by_domain.items():
         fields: dict[str, Any] = {"times": _parsed([[line[0]] for line in lines], name, "time")}
         for field in dict.fromkeys(field_of):
             chosen = [place for place, kind in enumerate(field_of, start=1) if kind == field]
@@ -181,6 +190,7 @@ def _read_mat(path: str | Path) -> RecordedMotion:
             "own": OWN,
             "seconds": SECONDS + size // BYTES_A_SECOND,
             "bytes": 4 * LARGEST,
+            "most": MOST_NAMES,
         }
         found = by_worker(Path(__file__).with_name("mat_worker.py"), wanted, stream, f"motion '{printable(name)}'")
     with np.load(io.BytesIO(found)) as file:

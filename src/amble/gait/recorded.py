@@ -12,8 +12,11 @@ FIELDS = ("times", "positions", "velocities", "accelerations", "torques", "force
 HEADER = "amble_gait"
 """Name of the text that holds the rest of a gait."""
 
-LARGEST = 1 << 28
-"""Bytes of a file, and of what is unpacked from it."""
+LARGEST = 2**26
+"""Bytes of a file, and of what is unpacked from it: 80,000 samples of a hundred numbers. Bytes become numbers of eight."""
+
+MOST_NAMES = 1000
+"""Arrays, domains and coordinates of a file."""
 
 
 @dataclass(frozen=True, kw_only=True)

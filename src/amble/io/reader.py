@@ -22,8 +22,11 @@ from amble.errors import InputError, shown, shown_path
 if TYPE_CHECKING:
     from amble.types import Json  # numpy stays out of the start of the command line
 
-LARGEST_TEXT = 64 * 2**20
-"""Bytes of a text file; a gait of 15 intervals a domain has 0.14 MB."""
+LARGEST_TEXT = 16 * 2**20
+"""Bytes of a text file; a gait of 15 intervals a domain has 0.14 MB. JSON of empty lists takes thirty times its size."""
+
+LARGEST_TOML = 2**20
+"""Bytes of a TOML file, which people write by hand: Python reads 1 MB in a second."""
 
 DEEPEST = 32
 """Levels of lists and tables; a gait has 7."""
@@ -31,7 +34,15 @@ DEEPEST = 32
 LONGEST_INTEGER = 40
 """Digits of a whole number."""
 
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|infinity|nan)", re.ASCII | re.IGNORECASE)
+NUMBER = re.compile(
+    r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:e[+-]?\d++)?|[+-]?(?:inf|infinity|nan)", re.ASCII | re.IGNORECASE
+)
+"""Possessive: of a million digits before a letter no shorter start is tried, which would take the square of the time."""
+
+DOTTED = re.compile(
+    r"""(?<![\w\\-])(?:(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){%d}""" % DEEPEST
+)
+"""A dotted key of TOML that is too deep: Python's parser takes the square of its parts in memory."""
 
 
 @contextlib.contextmanager
@@ -105,7 +116,9 @@ def read_toml(path: str | Path, what: str) -> Json:
         InputError: also where it is not TOML, or too deep, or holds a whole number that is too long.
     """
     name = f"{what} '{shown_path(path)}'"
-    text = read_text(path, what)
+    text = read_text(path, what, LARGEST_TOML)
+    if DOTTED.search(text):
+        raise InputError(f"{name} cannot be read: {_limits()}")
     return _bounded(lambda: tomllib.loads(text), name, "TOML")
 
 
@@ -115,6 +128,8 @@ def parse_json(text: str, what: str) -> Any:
     Raises:
         InputError: in one sentence that begins with ``what``.
     """
+    if len(text) > LARGEST_TEXT:
+        raise InputError(_too_large(what, LARGEST_TEXT))
 
     def refuse_constant(word: str) -> None:
         raise InputError(f"{what} holds {word}, which is not a number")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from xml.etree import ElementTree
@@ -15,14 +16,17 @@ from amble.io.reader import read_bytes
 from amble.robot.parts import LARGEST_NUMBER
 from amble.types import IntegerVector, Matrix, NodeValues
 
-LARGEST = 64 * 2**20
-"""Bytes of a mesh file."""
+LARGEST, LARGEST_TEXT = 64 * 2**20, 16 * 2**20
+"""Bytes of a mesh file in binary, and in text, whose words take many times their size."""
 
 DEEPEST = 50
 """Nodes inside each other."""
 
-MOST_TRIANGLES, MOST_PLACES = 5_000_000, 10_000
-"""Of a scene: a file of 1 KB can place one mesh a million times."""
+MOST_TRIANGLES = 1_500_000
+"""Of a file: one of 1 KB can place a mesh a million times, and a polygon has a triangle for every two bytes."""
+
+MOST_NODES, MOST_PARTS = 100_000, 50_000
+"""Elements of a scene that are walked, instances as often as they are placed; lists of corners of all meshes."""
 
 HEADER, FACET = 84, 50
 """Bytes of a binary STL file before its facets, and of each facet."""
@@ -54,7 +58,7 @@ def _stl(content: bytes) -> NodeValues:
     if len(content) == HEADER + FACET * count:
         facets = np.frombuffer(content, dtype=np.uint8, offset=HEADER).reshape(count, FACET)
         return facets[:, 12:48].copy().view("<f4").reshape(count, 3, 3).astype(np.float64)
-    words = content.decode("utf-8", "replace").split()
+    words = _text(content).split()
     places = [index for index, word in enumerate(words) if word == "vertex"]
     return np.array([[float(word) for word in words[k + 1 : k + 4]] for k in places]).reshape(-1, 3, 3)
 
@@ -62,32 +66,31 @@ def _stl(content: bytes) -> NodeValues:
 def _obj(content: bytes) -> NodeValues:
     vertices: list[list[float]] = []
     found: list[tuple[int, int, int]] = []
-    for line in content.decode("utf-8", "replace").splitlines():
+    for line in _text(content).splitlines():
         key, *words = line.split() or [""]
         if key == "v":
             vertices.append([float(word) for word in words[:3]])
         elif key == "f":
             corners = [int(word.partition("/")[0]) for word in words]
             corners = [corner - 1 if corner > 0 else len(vertices) + corner for corner in corners]
+            _check_count(len(found) + len(corners))
             found += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
     return np.array(vertices)[np.array(found, dtype=np.int64)]
 
 
 def _collada(content: bytes) -> NodeValues:
-    root = ElementTree.fromstring(content)
+    root = ElementTree.fromstring(content if len(content) <= LARGEST_TEXT else _text(content))
     for element in root.iter():
         element.tag = str(element.tag).rpartition("}")[2]
     known = {element.get("id", ""): element for element in root.iter() if element.get("id")}
     unit = root.find("asset/unit")
     scale = 1.0 if unit is None else float(unit.get("meter", "1"))
-    meshes = {
-        f"#{geometry.get('id')}": np.concatenate([*_primitives(geometry, known), np.zeros((0, 3, 3))])
-        for geometry in root.iter("geometry")
-    }
+    meshes = _geometries(root, known)
     scene = root.find("library_visual_scenes")
-    placed = [] if scene is None else list(islice(_instances(scene, np.eye(4), known), MOST_PLACES + 1))
-    if len(placed) > MOST_PLACES or sum(len(meshes.get(url, ())) for url, _ in placed) > MOST_TRIANGLES:
-        raise ValueError(f"its scene has more than {MOST_PLACES} meshes or {MOST_TRIANGLES} triangles")
+    placed = [] if scene is None else list(islice(_instances(scene, np.eye(4), known), MOST_NODES + 1))
+    if len(placed) > MOST_NODES:
+        raise ValueError(f"its scene has more than {MOST_NODES} elements")
+    _check_count(sum(len(meshes.get(url, ())) for url, _ in placed))
     parts = [meshes[url] @ turn[:3, :3].T + turn[:3, 3] for url, turn in placed if url in meshes]
     triangles = scale * np.concatenate([*(parts or meshes.values()), np.zeros((0, 3, 3))])
     axis = root.findtext("asset/up_axis", "Y_UP").strip()
@@ -95,14 +98,49 @@ def _collada(content: bytes) -> NodeValues:
     return np.asarray(triangles[..., list(order)] * signs)
 
 
+def _text(content: bytes) -> str:
+    if len(content) > LARGEST_TEXT:
+        raise ValueError(f"it is text of more than {LARGEST_TEXT / 2**20:g} MB")
+    return content.decode("utf-8", "replace")
+
+
+def _check_count(triangles: int) -> None:
+    if triangles > MOST_TRIANGLES:
+        raise ValueError(f"it has more than {MOST_TRIANGLES} triangles")
+
+
+def _geometries(root: ElementTree.Element, known: Mapping[str, ElementTree.Element]) -> dict[str, NodeValues]:
+    """Return the address of every mesh of a Collada file -> its triangles."""
+    points = cache(lambda source: _points(known[source]))  # many parts may share what takes long to read
+    found: dict[str, list[NodeValues]] = {}
+    parts = triangles = 0
+    for geometry in root.iterfind("library_geometries/geometry"):
+        own = found.setdefault(f"#{geometry.get('id')}", [np.zeros((0, 3, 3))])
+        for part in _primitives(geometry, known, points):
+            parts, triangles = parts + 1, triangles + len(part)
+            _check_count(triangles)
+            if parts > MOST_PARTS:
+                raise ValueError(f"its meshes have more than {MOST_PARTS} lists of corners")
+            own.append(part)
+    return {address: np.concatenate(own) for address, own in found.items()}
+
+
+def _points(source: ElementTree.Element) -> Matrix:
+    return np.array(source.findtext("float_array", "").split(), dtype=np.float64).reshape(-1, 3)
+
+
 def _instances(
     node: ElementTree.Element, turn: Matrix, known: Mapping[str, ElementTree.Element], depth: int = 0
 ) -> Iterator[tuple[str, Matrix]]:
-    """Yield the geometries below a node of a scene, with what they are transformed by."""
+    """Yield the geometries below a node of a scene, with what they are transformed by, and "" for all other elements.
+
+    So whoever counts what is yielded bounds the work too: nodes that place each other twice are walked 2^n times.
+    """
     if depth > DEEPEST:
         raise ValueError(f"its scene is nested more than {DEEPEST} times")
     for child in node:
         numbers = [float(word) for word in (child.text or "").split()] if child.tag in TRANSFORMS else []
+        yield "", turn
         if numbers:
             turn = turn @ TRANSFORMS[child.tag](np.array(numbers))
         elif child.tag == "instance_geometry":
@@ -135,13 +173,14 @@ TRANSFORMS: Mapping[str, Callable[[Matrix], Matrix]] = {
 """Elements that move what follows them in a node of a Collada scene."""
 
 
-def _primitives(geometry: ElementTree.Element, known: Mapping[str, ElementTree.Element]) -> Iterator[NodeValues]:
+def _primitives(
+    geometry: ElementTree.Element, known: Mapping[str, ElementTree.Element], points: Callable[[str], Matrix]
+) -> Iterator[NodeValues]:
     for part in (*geometry.iter("triangles"), *geometry.iter("polylist"), *geometry.iter("polygons")):
         inputs = {entry.get("semantic"): entry for entry in part.findall("input")}
         vertex = inputs["VERTEX"]
         sources = {entry.get("semantic"): entry.get("source", "") for entry in known[vertex.get("source", "")[1:]]}
-        source = sources["POSITION"]
-        points = np.array(known[source[1:]].findtext("float_array", "").split(), dtype=np.float64).reshape(-1, 3)
+        places = points(sources["POSITION"][1:])
         stride = 1 + max(int(entry.get("offset", "0")) for entry in part.findall("input"))
         for numbers in part.findall("p"):
             rows = np.array((numbers.text or "").split(), dtype=np.int64).reshape(-1, stride)
@@ -151,7 +190,7 @@ def _primitives(geometry: ElementTree.Element, known: Mapping[str, ElementTree.E
                 raise ValueError("corners of its faces do not add up")
             starts = np.repeat(np.cumsum(counts) - counts, counts - 2)
             within = np.concatenate([np.arange(1, count - 1) for count in counts] or [np.zeros(0, dtype=np.int64)])
-            yield points[corners[np.column_stack([starts, starts + within, starts + within + 1])]]
+            yield places[corners[np.column_stack([starts, starts + within, starts + within + 1])]]
 
 
 def _counts(part: ElementTree.Element, corners: int) -> IntegerVector:

@@ -28,6 +28,12 @@ logger = logging.getLogger("amble")
 MOST = 450
 """Triangles of a link, at most: what a canvas draws in time for thirteen of them."""
 
+LATTICES = tuple(2048.0 * 0.8**step for step in range(33))
+"""Cells along the longest side of a link, from fine to coarse."""
+
+MOST_OF_ROBOT = 5_000_000
+"""Triangles of all looks of a file, before they are joined."""
+
 SIDES = 16
 """Of a cylinder, and around a sphere."""
 
@@ -69,13 +75,16 @@ def link_meshes(robot: Robot, path: str | Path) -> tuple[Mesh, ...]:
     _check_same(robot, {joint.name: (joint.parent, joint.translation) for joint in file.joints}, places, path)
     found: dict[int, list[NodeValues]] = {}
     lost: list[str] = []
-    read = cache(read_mesh)  # four legs share their files
+    read, count = cache(read_mesh), 0  # four legs share their files
     for element in root.findall("link"):
         link = element.get("name", "")
         if link not in places or places[link][0] not in names:
             continue
         carrier, rotation, translation = places[link]
         for triangles in _visuals(element, path, lost, read):
+            count += len(triangles)
+            if count > MOST_OF_ROBOT:
+                raise InputError(f"{path.name}: its looks have more than {MOST_OF_ROBOT} triangles; simplify its meshes")
             found.setdefault(names.index(carrier), []).append(triangles @ rotation.T + translation)
     if lost:
         few = "; ".join(dict.fromkeys(lost[:3]))
@@ -164,16 +173,32 @@ def simplified(link: int, triangles: NodeValues) -> Mesh:
     """
     points = triangles.reshape(-1, 3)
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max()) or 1.0
-    cells = 2048.0
-    while True:
-        keys, inverse = np.unique(np.floor((points - low) / size * cells).astype(np.int64), axis=0, return_inverse=True)
-        inverse = inverse.ravel()
-        faces = inverse.reshape(-1, 3)
-        faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])]
-        _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-        if len(first) <= MOST or cells < 2.0:
-            break
-        cells *= 0.8
-    counts = np.bincount(inverse, minlength=len(keys))
-    vertices = np.column_stack([np.bincount(inverse, weights=points[:, k], minlength=len(keys)) for k in range(3)])
-    return Mesh(link=link, vertices=vertices / counts[:, None], faces=faces[np.sort(first)])
+    places = (points - low) / size
+    fine, coarse = 0, len(LATTICES) - 1
+    while fine < coarse:  # the finest lattice that leaves few faces; the coarsest whatever it leaves
+        middle = (fine + coarse) // 2
+        few = len(_joined(places, LATTICES[middle])[1]) <= MOST
+        fine, coarse = (fine, middle) if few else (middle + 1, coarse)
+    inverse, faces = _joined(places, LATTICES[fine])
+    keys = int(inverse.max()) + 1
+    counts = np.bincount(inverse, minlength=keys)
+    vertices = np.column_stack([np.bincount(inverse, weights=points[:, k], minlength=keys) for k in range(3)])
+    return Mesh(link=link, vertices=vertices / counts[:, None], faces=faces)
+
+
+def _joined(places: Matrix, cells: float) -> tuple[IntegerVector, IntegerVector]:
+    """Return which vertex every corner becomes, and the faces that are left, each once, in their order.
+
+    Args:
+        places: of the corners, three a triangle, from 0 to 1, (3 n, 3).
+        cells: of the lattice along its longest side, up to 2048.
+    """
+    cell = np.floor(places * cells).astype(np.int64)
+    keys = (cell[:, 0] * 4096 + cell[:, 1]) * 4096 + cell[:, 2]
+    inverse = np.unique(keys, return_inverse=True)[1].ravel()
+    faces = inverse.reshape(-1, 3)
+    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])]
+    ordered, count = np.sort(faces, axis=1), int(inverse.max()) + 1
+    pairs = np.unique(ordered[:, 0] * count + ordered[:, 1], return_inverse=True)[1].ravel()
+    first = np.unique(pairs * count + ordered[:, 2], return_index=True)[1]
+    return inverse, faces[np.sort(first)]
