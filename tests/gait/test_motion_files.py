@@ -6,6 +6,7 @@ import random
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from scipy.io import loadmat, savemat
 from amble.errors import InputError
 from amble.gait.files import content_hash, to_dict
 from amble.gait.motion_files import read_motion, recorded_gait, write_motion
+from amble.gait.recorded import LARGEST, MOST_NAMES
 from amble.hybrid.gaits import GAITS
 from fuzz.motions import drawer
 from tests.gait.example import random_gait
@@ -106,6 +108,37 @@ def test_what_is_no_motion_is_refused_in_a_sentence(name: str, content: bytes, s
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match=says):
         read_motion(tmp_path / name)
+
+
+BOMBS: dict[str, tuple[dict[str, Any], str]] = {
+    "bytes": ({"D1.times": np.zeros(LARGEST + 1, np.uint8)}, "unpacks to more than"),
+    "arrays": ({f"D{n}.times": np.zeros(0) for n in range(MOST_NAMES + 1)}, "holds more than 1000 arrays"),
+    "coordinates": ({"coordinates": np.zeros(MOST_NAMES + 1, "U1")}, "its coordinates are no names, or more than 1000"),
+    "numbers": ({"coordinates": np.zeros(3)}, "its coordinates are no names"),
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_a_small_file_does_not_fill_the_memory(name: str, tmp_path: Path) -> None:
+    """A file of 0.3 MB took 2.4 GB."""
+    arrays, says = BOMBS[name]
+    np.savez_compressed(tmp_path / "a.npz", **arrays)
+    with pytest.raises(InputError, match=says):
+        read_motion(tmp_path / "a.npz")
+
+
+def test_a_table_of_many_domains_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("domain,time,x\n" + "".join(f"D{n},0,1\n" for n in range(MOST_NAMES + 1)))
+    with pytest.raises(InputError, match="has more than 1000 domains"):
+        read_motion(tmp_path / "a.csv")
+
+
+def test_a_mat_file_of_many_domains_is_refused(tmp_path: Path) -> None:
+    gait = np.zeros((1, 2 * MOST_NAMES + 1), dtype=[("tspan", object), ("states", object)])
+    gait["tspan"], gait["states"] = [0.0], [0.0]
+    savemat(tmp_path / "a.mat", {"gait": gait})
+    with pytest.raises(InputError, match="has more than 1000 domains"):
+        read_motion(tmp_path / "a.mat")
 
 
 def test_a_gait_that_lacks_an_array_is_refused(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -110,6 +111,41 @@ def test_the_bounds_are_where_they_are_said_to_be() -> None:
     assert parse_json("9" * long, "text") == 10**long - 1
     with pytest.raises(InputError, match="digits"):
         parse_json("1" * (long + 1), "text")
+
+
+@pytest.mark.parametrize("word", ["1" * 40_000 + "x", "1." + "1" * 40_000 + "x", "1e" + "1" * 40_000 + "x"])
+def test_a_long_word_is_no_number_in_linear_time(word: str) -> None:
+    """Where a shorter start was tried after every digit, 40,000 digits took 3 s and a million half an hour."""
+    begun = time.process_time()
+    with pytest.raises(ValueError, match="is not a number"):
+        parse_number(word)
+    assert time.process_time() - begun < 0.5
+
+
+def test_text_of_json_is_held_to_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reader, "LARGEST_TEXT", 10)
+    assert parse_json("[1, 2, 3 ]", "header") == [1, 2, 3]
+    with pytest.raises(InputError, match="header cannot be read: it has more than"):
+        parse_json("[1, 2, 3  ]", "header")
+
+
+@pytest.mark.parametrize("part", ["a", '"a b"', "'.'", '"\\".\\""', "a "])
+def test_a_deep_key_of_toml_is_refused_before_it_is_parsed(part: str, tmp_path: Path) -> None:
+    """Python's parser keeps every start of a key: one of 20,000 parts, 40 kB, took 1.6 GB."""
+    file, deep, begun = tmp_path / "a.toml", ".".join([part] * 20_000), time.process_time()
+    for text in (f"{deep} = 1", f"[{deep}]\nb = 1", f"a = {{ b = 1, {deep} = 1 }}"):
+        file.write_text(text)
+        with pytest.raises(InputError, match="nested deeper than 32"):
+            read_toml(file, "specification")
+    assert time.process_time() - begun < 1.0
+    file.write_text(f"{'.'.join([part.strip(), *'bcdefghijklmnopqrstuvwxyz12345'])} = 1")
+    assert len(read_toml(file, "specification")) == 1
+
+
+def test_toml_is_held_to_its_size(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("#\n" * (reader.LARGEST_TOML // 2 + 1))
+    with pytest.raises(InputError, match="more than 1 MB"):
+        read_toml(tmp_path / "a.toml", "specification")
 
 
 WRONG_TOML = {

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from amble.errors import InputError
-from amble.robot import Adaptation, Robot, dynamics, kinematics, load_robot
+from amble.robot import Adaptation, Robot, dynamics, kinematics, load_robot, mjcf_model
 from amble.types import Vector
 from benchmarks.robot_files import ALIENGO, FILES, MJCF, RobotFile
 from fuzz.bytes import damaged
@@ -230,6 +230,16 @@ def test_included_pipes_and_files_that_are_not_there(tmp_path: Path) -> None:
         file.write_text(INSIDE.format(name))
         with pytest.raises(InputError, match="needs the file"):
             load_robot(file, ODD_FEET)
+
+
+def test_a_file_under_many_names_is_counted_every_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """400 names of one file of 30 MB filled the memory."""
+    monkeypatch.setattr(mjcf_model, "MOST_BYTES", 1000)
+    (tmp_path / "part.xml").write_text(f"<mujoco><!--{'x' * 100}--></mujoco>")
+    names = "".join(f'<include file="{"./" * count}part.xml"/>' for count in range(20))
+    (tmp_path / "robot.xml").write_text(f"<mujoco>{names}</mujoco>")
+    with pytest.raises(InputError, match="uses files of more than"):
+        load_robot(tmp_path / "robot.xml", ODD_FEET)
 
 
 @pytest.mark.slow

@@ -143,6 +143,12 @@ def huge(file: Any) -> None:
     file.create_dataset("time", shape=(2**50,), dtype="f8", chunks=(1024,))
 
 
+def packed(file: Any) -> None:
+    """State 256 MB of zeros, in a file of a few kB; they took 2.4 GB."""
+    del file["time"]
+    file.create_dataset("time", shape=(2**25,), dtype="f8", chunks=(2**20,), compression="gzip")
+
+
 def linked(file: Any) -> None:
     """Put the times into another file."""
 
@@ -186,7 +192,8 @@ WRONG = {
     "names array": (note("domain_names", [1.0, 2.0], of="domain"), "'domain_names' of 'domain' is missing"),
     "state names": (note("state_names", '["a"]', of=STATE), "'state' is .* x 2, not .* x 1"),
     "group": (lambda file: (file.pop("time"), file.create_group("time")), "does not hold 'time' itself"),
-    "huge": (huge, "holds more than 4096 MB of numbers"),
+    "huge": (huge, "holds more than 128 MB of numbers"),
+    "packed": (packed, "holds more than 128 MB of numbers"),
     "link": (linked, "does not hold 'time' itself"),
     "outside": (outside, "does not hold 'time' itself"),
 }

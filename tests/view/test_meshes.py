@@ -13,6 +13,7 @@ import pytest
 from amble.errors import InputError
 from amble.robot import Robot, load_robot
 from amble.types import NodeValues
+from amble.view import mesh_files, meshes
 from amble.view.mesh_files import read_mesh
 from amble.view.meshes import MOST, link_meshes
 
@@ -94,6 +95,54 @@ def test_what_is_no_mesh_is_refused(name: str, content: bytes, tmp_path: Path) -
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match="mesh file '"):
         read_mesh(tmp_path / name)
+
+
+TRIANGLE = (
+    '<input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p>',
+    '<vcount>{0} {0} {0} {1}</vcount><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p>',
+)
+MESH = (
+    '<geometry id="g"><mesh><source id="s"><float_array>0 0 0 1 0 0 0 1 0</float_array></source><vertices id="v">'
+    '<input semantic="POSITION" source="#s"/></vertices>{}</mesh></geometry>'
+)
+
+
+def scene(nodes: str, parts: str = f"<triangles>{TRIANGLE[0]}</triangles>") -> str:
+    """A Collada file of one mesh, its parts, and nodes, of which n0 is placed."""
+    return (
+        f"<COLLADA><library_geometries>{MESH.format(parts)}</library_geometries><library_nodes>{nodes}</library_nodes>"
+        '<library_visual_scenes><visual_scene><instance_node url="#n0"/></visual_scene></library_visual_scenes>'
+        "</COLLADA>"
+    )
+
+
+TWICE = '<node id="n{}"><instance_node url="#n{}"/><instance_node url="#n{}"/></node>'
+BOMBS = {
+    "nodes.dae": (scene("".join(TWICE.format(n, n + 1, n + 1) for n in range(40)) + '<node id="n40"/>'), "elements"),
+    "itself.dae": (scene(TWICE.format(0, 0, 0)), "elements|nested more than"),
+    "lists.dae": (scene('<node id="n0"/>', f"<triangles>{TRIANGLE[0]}</triangles>" * 51), "lists of corners"),
+    "counts.dae": (scene("", f"<polylist>{TRIANGLE[1].format(2**62, 2**62 + 3)}</polylist>"), "do not add up"),
+    "fan.obj": ("v 0 0 0\nf" + " 1" * 1_500_001, "more than 1500000 triangles"),
+    "long.obj": ("#" * (16 * 2**20 + 1), "text of more than 16 MB"),
+    "long.stl": ("#" * (16 * 2**20 + 1), "text of more than 16 MB"),
+    "long.dae": ("#" * (16 * 2**20 + 1), "text of more than 16 MB"),
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_a_mesh_takes_no_more_work_than_it_may(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forty nodes, each of which places the next one twice, were walked for ever."""
+    monkeypatch.setattr(mesh_files, "MOST_PARTS", 50)
+    text, says = BOMBS[name]
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=says):
+        read_mesh(tmp_path / name)
+
+
+def test_looks_are_counted_over_all_links(loaded: tuple[Robot, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(meshes, "MOST_OF_ROBOT", 20)
+    with pytest.raises(InputError, match="its looks have more than 20 triangles"):
+        link_meshes(*loaded)
 
 
 LINK = """<link name="{name}"><inertial><mass value="1"/><origin xyz="0 0 0"/>

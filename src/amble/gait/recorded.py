@@ -13,7 +13,7 @@ HEADER = "amble_gait"
 """Name of the text that holds the rest of a gait."""
 
 LARGEST = 2**26
-"""Bytes of a file, and of what is unpacked from it: 80,000 samples of a hundred numbers. Bytes become numbers of eight."""
+"""Bytes of a file, and of what is unpacked from it: 80,000 samples of a hundred numbers."""
 
 MOST_NAMES = 1000
 """Arrays, domains and coordinates of a file."""

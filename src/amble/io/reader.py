@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from amble.types import Json  # numpy stays out of the start of the command line
 
 LARGEST_TEXT = 16 * 2**20
-"""Bytes of a text file; a gait of 15 intervals a domain has 0.14 MB. JSON of empty lists takes thirty times its size."""
+"""Bytes of a text file; a gait of 15 intervals a domain has 0.14 MB. Empty lists take thirty times their size."""
 
 LARGEST_TOML = 2**20
 """Bytes of a TOML file, which people write by hand: Python reads 1 MB in a second."""
@@ -37,12 +37,10 @@ LONGEST_INTEGER = 40
 NUMBER = re.compile(
     r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:e[+-]?\d++)?|[+-]?(?:inf|infinity|nan)", re.ASCII | re.IGNORECASE
 )
-"""Possessive: of a million digits before a letter no shorter start is tried, which would take the square of the time."""
+"""Possessive: of a million digits before a letter no shorter start is tried, which would take a square of time."""
 
-DOTTED = re.compile(
-    r"""(?<![\w\\-])(?:(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){%d}""" % DEEPEST
-)
-"""A dotted key of TOML that is too deep: Python's parser takes the square of its parts in memory."""
+DOTTED = re.compile(r"""(?<![\w\\-])(?:(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
+"""A dotted key of TOML that is deeper than ``DEEPEST``: Python's parser takes the square of its parts in memory."""
 
 
 @contextlib.contextmanager

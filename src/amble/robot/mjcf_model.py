@@ -30,6 +30,8 @@ SECONDS, MEMORY = 5, 2**30
 
 MOST_BODIES = 5000
 LARGEST_MESH, MOST_FILES = 2**26, 1000
+MOST_BYTES = 2**27
+"""Of one mesh, of how many files a file may use, and of all of them together: one file goes by many names."""
 
 PARTS = ("include", "model")
 """Elements whose file is MJCF again."""
@@ -46,11 +48,12 @@ def compiled(path: Path) -> Any:
     """
     require("mujoco", "mujoco", "MJCF files")
     name, content = f"robot file '{shown_path(path)}'", read_bytes(path, "robot file", LARGEST)
-    parts = [("include", label, text) for label, text in _included(path, content, name)]
+    parts = _bounded((("include", label, text) for label, text in _included(path, content, name)), name)
     found = _asked(name, content, parts)
     if "needs" in found:
-        parts += [("mesh", file, _mesh(path, file, found["folders"], name)) for file in found["needs"][:MOST_FILES]]
-        found = _asked(name, content, parts)
+        needs = found["needs"][:MOST_FILES]
+        meshes = (("mesh", file, _mesh(path, file, found["folders"], name)) for file in needs)
+        found = _asked(name, content, [*parts, *_bounded(meshes, name)])
     for text in found["said"]:
         logger.warning("%s: MuJoCo warns: %s", path.name, shown(text))
     if "arrays" not in found:
@@ -79,6 +82,17 @@ def _asked(name: str, content: bytes, parts: Iterable[tuple[str, str, bytes]]) -
             stream.write(text)
         stream.seek(0)
         found: Json = json.loads(by_worker(Path(__file__).with_name("mjcf_worker.py"), wanted, stream, name))
+    return found
+
+
+def _bounded(parts: Iterable[tuple[str, str, bytes]], name: str) -> list[tuple[str, str, bytes]]:
+    """Collect the files that a file uses while they are not too much."""
+    found, size = list[tuple[str, str, bytes]](), 0
+    for part in parts:
+        size += len(part[2])
+        if size > MOST_BYTES:
+            raise InputError(f"{name} uses files of more than {MOST_BYTES / 2**20:g} MB")
+        found.append(part)
     return found
 
 

@@ -23,7 +23,7 @@ from amble.robot.parts import LARGEST_NUMBER
 from amble.robot.rotation import rotation_of_rpy
 from amble.types import Matrix, Vector, frozen
 
-LARGEST = 32 * 2**20
+LARGEST = 8 * 2**20
 """Bytes of a robot file; those of real robots have up to 0.3 MB."""
 
 HEAD = 4096

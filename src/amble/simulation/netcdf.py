@@ -36,7 +36,11 @@ DIMENSION_NUMBER, DIMENSION_NUMBERS = "_Netcdf4Dimid", "_Netcdf4Coordinates"
 PROVENANCE = "_NCProperties"
 
 LARGEST = 4 * 2**30
-"""Bytes of a file, and of the numbers in it; 500 cycles of ASTRo's amble have 0.05 GB."""
+"""Bytes of a file; 500 cycles of ASTRo's amble have 0.05 GB."""
+
+UNPACKED, SMALL = 4, 2**27
+"""How many bytes of numbers a file may hold for each of its own (amble packs none), and a small one in any case: three
+copies are in memory, and packed zeros take a thousandth of their size."""
 
 SECONDS = 5
 """Processor time for a file that is small: a hundred times what it takes."""
@@ -144,7 +148,7 @@ def read_netcdf(
             "prefix": prefix,
             "attributes": list(attributes),
             "seconds": SECONDS + size // BYTES_A_SECOND,
-            "bytes": LARGEST,
+            "bytes": max(SMALL, UNPACKED * size),
         }
         found = by_worker(Path(__file__).with_name("netcdf_worker.py"), wanted, stream, name)
     line, _, numbers = found.partition(b"\n")

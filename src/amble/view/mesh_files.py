@@ -186,7 +186,7 @@ def _primitives(
             rows = np.array((numbers.text or "").split(), dtype=np.int64).reshape(-1, stride)
             corners = rows[:, int(vertex.get("offset", "0"))]
             counts = _counts(part, len(corners))
-            if counts.sum() != len(corners) or np.any(counts < 3):
+            if np.any(counts < 3) or np.any(counts > len(corners)) or counts.sum() != len(corners):
                 raise ValueError("corners of its faces do not add up")
             starts = np.repeat(np.cumsum(counts) - counts, counts - 2)
             within = np.concatenate([np.arange(1, count - 1) for count in counts] or [np.zeros(0, dtype=np.int64)])

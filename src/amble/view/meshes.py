@@ -84,7 +84,9 @@ def link_meshes(robot: Robot, path: str | Path) -> tuple[Mesh, ...]:
         for triangles in _visuals(element, path, lost, read):
             count += len(triangles)
             if count > MOST_OF_ROBOT:
-                raise InputError(f"{path.name}: its looks have more than {MOST_OF_ROBOT} triangles; simplify its meshes")
+                raise InputError(
+                    f"{path.name}: its looks have more than {MOST_OF_ROBOT} triangles; simplify its meshes"
+                )
             found.setdefault(names.index(carrier), []).append(triangles @ rotation.T + translation)
     if lost:
         few = "; ".join(dict.fromkeys(lost[:3]))
