@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from examples import rimless_wheel
 from flint import arb
 
 from amble.control import MinimumPeak
@@ -18,9 +20,10 @@ from amble.gait import Gait
 from amble.gait.constraints import REFERENCE_ORDER
 from amble.gait.files import load_gait
 from amble.hybrid import HybridSystem
-from amble.proof import ProofError
+from amble.proof import ProofError, verification
 from amble.proof.arithmetic import column, working_precision
 from amble.proof.gait_map import gait_map, require_provable, require_smooth
+from amble.proof.record import system_hash
 from amble.proof.return_map import Enclosure, ReturnMap
 from amble.proof.tape import Tape, record
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
@@ -50,6 +53,29 @@ def test_a_breakpoint_along_the_orbit_is_refused() -> None:
     require_smooth(system, [0.05])
     with pytest.raises(InputError, match=r"breakpoints \(1\) along domain"):
         require_smooth(system, [0.2])
+
+
+def test_a_proof_of_a_gait_with_a_breakpoint_is_refused_before_it_is_verified(
+    stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``prove`` never makes such a proof, but a file may hold one; a small system stands for the gait's loop."""
+    rolling = rimless_wheel.rolling()[0]
+    marked = HybridSystem([replace(rolling.domains[0], breakpoints=(0.1,))], rolling.transitions, rolling.symmetries)
+    with working_precision(64):
+        prepared = ReturnMap.of(marked, 4, 0.0)
+        identity = system_hash(prepared)
+    monkeypatch.setattr(verification, "_prepared", lambda *_, **__: prepared)
+    size, symmetries = marked.state_size, len(marked.symmetries)
+    numbers = {"bits": 64, "order": 4, "centre": ["0p0"] * size, "radii": ["1p-9"] * size, "steps": [["1p-9"]]}
+    weight = np.eye(size - symmetries).tolist()
+    found = SimpleNamespace(**numbers, weight=weight, rate=0.5, basin_size=None)
+    forged = SimpleNamespace(found=found, system=identity, half=stabilised_gait.pattern.mirrored)
+    forged.proved = SimpleNamespace(durations=[("0.19", "0.2")])
+    with pytest.raises(InputError, match=r"breakpoints \(1\) along domain"):
+        verification.verify(forged, stabilised_gait)  # type: ignore[arg-type]
+    forged.proved = SimpleNamespace(durations=[])
+    with pytest.raises(InputError, match="another number of states or domains"):
+        verification.verify(forged, stabilised_gait)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

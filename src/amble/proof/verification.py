@@ -20,7 +20,7 @@ from amble.progress import Progress, silent
 from amble.proof.arithmetic import fraction, working_precision
 from amble.proof.basin import Basin, contraction_on_ball
 from amble.proof.errors import ProofError
-from amble.proof.gait_map import gait_map, require_provable
+from amble.proof.gait_map import gait_map, require_provable, require_smooth
 from amble.proof.orbit import ProvedOrbit, prove_orbit
 from amble.proof.record import Found, Pair, Proof, Proved, orbit_balls, system_hash
 from amble.proof.return_map import ReturnMap
@@ -73,6 +73,8 @@ def recomputed(proof: Proof, system: HybridSystem | Gait, progress: Progress = s
         if system_hash(prepared) != proof.system or half != proof.half:
             raise InputError("the proof is of another system: the hashes of the expressions differ")
         _expect_shapes(found, claimed, prepared.system)
+        if isinstance(system, Gait):  # the durations claimed hold those of the orbit, as is seen later
+            require_smooth(prepared.system, [float(Fraction(high)) for _, high in claimed.durations])
         orbit = prove_orbit(
             prepared,
             list(map(_exact, found.centre)),
@@ -172,7 +174,7 @@ def _numbered(pairs: Sequence[Pair]) -> dict[str, Pair]:
 def _expect_shapes(found: Found, claimed: Proved, system: HybridSystem) -> None:
     size, domains = system.state_size - len(system.symmetries), len(system.domains)
     fits = len(found.centre) == len(found.radii) == system.state_size and len(found.steps) == domains
-    if not (fits and _square(found.weight, size)):
+    if not (fits and len(claimed.durations) == domains and _square(found.weight, size)):
         raise InputError("the proof has numbers for another number of states or domains")
     if found.basin_size is None:
         return
