@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import ortho_group
 
+from amble.analysis import ContactReport
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import load_gait
@@ -166,6 +169,27 @@ def test_contacts_that_stay_unsound_are_a_reason(stabilised_gait: Gait) -> None:
     assert "contacts are not sound" in found.reason
     assert "of 0.5" in found.reason
     assert found.warnings
+
+
+@pytest.mark.parametrize(("cycle", "returns"), [(0, 1e-4), (9, 1e-4), (10, 0.0), (19, 0.0)])
+def test_a_foot_that_stays_off_the_ground_where_it_is_stopped_is_a_reason(
+    cycle: int, returns: float, stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Under the rule 'simultaneous' one foot's touchdown stops the others wherever they are; the forces are sound."""
+    monkeypatch.setattr(disturbance, "SIZES", (1e-4,))
+    monkeypatch.setattr(disturbance, "SEEDS", (0,))
+    real = disturbance.contact_report
+
+    def lifted(*given: Any) -> ContactReport:
+        report = real(*given)
+        gaps = np.array(report.landing_gaps)
+        gaps[cycle] = 1.1e-3 * stabilised_gait.robot.leg_length
+        return replace(report, landing_gaps=gaps)
+
+    monkeypatch.setattr(disturbance, "contact_report", lifted)
+    found = disturbed(stabilised_gait)
+    assert found.returns == returns
+    assert ("do not land at once" in found.reason) == (returns == 0.0)
 
 
 @pytest.mark.parametrize("scale", [10.0, 100.0])

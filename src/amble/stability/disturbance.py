@@ -18,6 +18,7 @@ from amble.robot.natural_units import natural_units
 from amble.simulation import Trace, simulate
 from amble.simulation.simulate import perturbed
 from amble.stability.group import closest_shift
+from amble.stability.orbit_conditions import GROUND
 from amble.stability.poincare import TIME_LIMIT
 from amble.stability.spectrum import Spectrum
 from amble.types import Json, Matrix, Vector
@@ -170,8 +171,8 @@ def disturb(
     """Compute how far a disturbance of a stable gait grows, and walk from changed starts of ascending size.
 
     A start comes back where all cycles are completed, the last entry is nearer to the orbit than the first was, and
-    after the first cycles (``SETTLED``) every stance foot pushes within its friction cone. The first size with a start
-    that does not ends the trials.
+    after the first cycles (``SETTLED``) every stance foot pushes within its friction cone, and every landing foot is
+    stopped on the ground (``orbit_conditions.GROUND``). The first size with a start that does not ends the trials.
 
     Args:
         gait: the gait.
@@ -223,6 +224,12 @@ def _outcome(gait: Gait, system: HybridSystem, state: Vector, units: Vector, tra
     report = contact_report(trace, gait.pattern, ContactBounds.of_gait(gait))
     if report.sound_from is None or report.sound_from > SETTLED:
         return _unsound(report, gait.pattern.ground.friction)
+    gap = float(report.landing_gaps[SETTLED:].max())
+    if gap > GROUND * gait.robot.leg_length:
+        return (
+            f"after cycle {SETTLED} a landing foot is stopped {1e3 * gap:.2g} mm from the ground: the feet of one "
+            f"switch do not land at once, as its landing rule '{gait.pattern.landing_rule}' has it"
+        )
     return ""
 
 

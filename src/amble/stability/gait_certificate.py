@@ -106,7 +106,7 @@ def does_not_say(gait: Gait) -> tuple[str, ...]:
     range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
     at_once = gait.pattern.landing_rule == SIMULTANEOUS
     together = [switch.name for switch in gait.pattern.all_switches if at_once and len(switch.landing) > 1]
-    orders = f"the feet of one switch landing at different times ({', '.join(together)})"
+    orders = f"the feet of one switch landing at different times ({', '.join(together)}); exported code awaits the last"
     return (
         f"torque limits ({range_of}) or limits of speeds and positions, which `amble check` and `amble simulate` see",
         "disturbances larger than those walked, or others: a few starts are no proof of a basin",
