@@ -114,6 +114,9 @@ BOMBS: dict[str, tuple[dict[str, Any], str]] = {
     "bytes": ({"D1.times": np.zeros(LARGEST + 1, np.uint8)}, "unpacks to more than"),
     "arrays": ({f"D{n}.times": np.zeros(0) for n in range(MOST_NAMES + 1)}, "holds more than 1000 arrays"),
     "coordinates": ({"coordinates": np.zeros(MOST_NAMES + 1, "U1")}, "its coordinates are no names, or more than 1000"),
+    "one number": ({"D1.times": np.arange(3.0), "D1.positions": np.array(1.0)}, "its positions are no table"),
+    "long numbers": ({"D1.times": np.arange(3.0), "D1.positions": np.ones((3, 18), np.longdouble)}, "not all numbers"),
+    "large numbers": ({"D1.times": np.arange(3.0), "D1.positions": np.full((3, 18), 1e300)}, "a number above 1e"),
     "numbers": ({"coordinates": np.zeros(3)}, "its coordinates are no names"),
 }
 

@@ -111,3 +111,42 @@ def test_domains_must_be_those_of_the_gait(trot: Gait, problem: GaitProblem) -> 
         imported_gait(problem, replace(motion, domains=motion.domains * 2))
     unnamed = tuple(replace(part, name="") for part in motion.domains)
     assert imported_gait(problem, replace(motion, domains=unnamed)).domains[0].name == trot.domains[0].name
+
+
+@pytest.mark.parametrize("count", range(3, 9))
+def test_few_samples_are_enough(count: int, trot: Gait, problem: GaitProblem) -> None:
+    """Five of them had no spline."""
+    motion = motion_of(trot)
+    parts = []
+    for part in motion.domains:
+        times = np.linspace(0.0, part.times[-1], count)
+        rows = np.array([np.interp(times, part.times, column) for column in part.positions.T]).T
+        parts.append(replace(part, times=times, positions=rows))
+    found = imported_gait(problem, replace(motion, domains=tuple(parts)))
+    for here, there in zip(found.domains, parts, strict=True):
+        np.testing.assert_allclose(here.positions[[0, -1]], there.positions[[0, -1]], rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("field", "values", "says"),
+    [
+        ("positions", np.full((5, 18), np.nan), "not finite"),
+        ("positions", np.full((5, 18), 1e300), r"above 1e\+12"),
+        ("positions", np.zeros(5), "are no table"),
+        ("velocities", np.array(1.0), "are no table"),
+        ("times", np.zeros((5, 1)), "are no list"),
+        ("times", -np.arange(5.0), "run forward"),
+        ("velocities", np.zeros((4, 18)), "5 times, but 4 rows"),
+        ("times", np.arange(5.0) * 1e-300, "are its times in seconds"),
+    ],
+)
+def test_samples_made_in_python_are_checked_like_those_of_a_file(
+    field: str, values: np.ndarray, says: str, problem: GaitProblem
+) -> None:
+    samples = np.random.default_rng(0).normal(size=(5, 18))
+    parts = [
+        RecordedDomain(**{"name": stance.name, "times": np.arange(5.0), "positions": samples, field: values})
+        for stance in problem.pattern.solved
+    ]
+    with pytest.raises(InputError, match=says):
+        imported_gait(problem, RecordedMotion("python", tuple(parts)))

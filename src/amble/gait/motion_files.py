@@ -9,13 +9,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
-
 from amble.errors import InputError, printable, shown
 from amble.gait.files import from_dict, to_dict
 from amble.gait.motion_formats import FORMATS, Format
 from amble.gait.record import Gait
-from amble.gait.recorded import FIELDS, RecordedDomain, RecordedMotion
+from amble.gait.recorded import FIELDS, RecordedMotion
 from amble.io.storage import atomic_write
 
 
@@ -40,11 +38,7 @@ def read_motion(path: str | Path) -> RecordedMotion:
         InputError: in one sentence, where the file is missing, damaged, too large, or lacks what a motion needs.
     """
     motion = _format(path).read(path)
-    what = f"motion '{printable(motion.source)}'"
-    if not motion.domains:
-        raise InputError(f"{what} has no domain with times and positions")
-    for domain in motion.domains:
-        _fit(what, domain)
+    motion.check()
     return motion
 
 
@@ -69,21 +63,6 @@ def recorded_gait(motion: RecordedMotion) -> Gait:
                 raise InputError(f"{name} has no {field} of domain '{shown(domain.name)}'")
             entry[field]["value"] = values.tolist()
     return from_dict(tree, name)
-
-
-def _fit(what: str, domain: RecordedDomain) -> None:
-    """Refuse samples of different lengths, numbers that are not finite, a clock that does not run forward."""
-    count, where = len(domain.times), f"{what}, domain '{shown(domain.name)}'"
-    for field in FIELDS:
-        values = getattr(domain, field)
-        if values is None:
-            continue
-        if len(values) != count:
-            raise InputError(f"{where}: {count} times, but {len(values)} rows of {field}")
-        if not np.all(np.isfinite(values)):
-            raise InputError(f"{where}: its {field} hold a number that is not finite")
-    if count < 3 or not np.all(np.diff(domain.times) > 0.0):
-        raise InputError(f"{where}: its clock must have three samples or more and run forward")
 
 
 def _format(path: str | Path) -> Format:

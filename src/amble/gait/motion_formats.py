@@ -235,7 +235,7 @@ def _parsed(cells: Sequence[Sequence[str]], name: str, what: str) -> Any:
 
 def _numbers(values: Any, name: str, what: str) -> Any:
     array = np.asarray(values)
-    if array.dtype.kind not in "fiu":
+    if array.dtype.kind not in "fiu" or array.dtype.itemsize > 8:
         raise InputError(f"motion '{printable(name)}': its {shown(what)} are not all numbers")
     return array.astype(np.float64)
 

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from amble.errors import InputError, printable, shown
+from amble.gait.validation import LARGEST_NUMBER
 from amble.types import Json, Matrix, Vector
 
 FIELDS = ("times", "positions", "velocities", "accelerations", "torques", "forces")
@@ -57,3 +61,34 @@ class RecordedMotion:
     domains: tuple[RecordedDomain, ...]
     header: Json | None = None
     columns: tuple[str, ...] | None = None
+
+    def check(self) -> None:
+        """Refuse a motion without samples, and samples that do not fit together.
+
+        Raises:
+            InputError: tables of different lengths, a number that is not finite or too large, a clock that does not
+                run forward.
+        """
+        what = f"motion '{printable(self.source)}'"
+        if not self.domains:
+            raise InputError(f"{what} has no domain with times and positions")
+        for domain in self.domains:
+            _check_samples(f"{what}, domain '{shown(domain.name)}'", domain)
+
+
+def _check_samples(where: str, domain: RecordedDomain) -> None:
+    count = np.size(domain.times)
+    for field in FIELDS:
+        values = getattr(domain, field)
+        if values is None:
+            continue
+        if np.ndim(values) != (1 if field == "times" else 2):
+            raise InputError(f"{where}: its {field} are no {'list' if field == 'times' else 'table'} of numbers")
+        if len(values) != count:
+            raise InputError(f"{where}: {count} times, but {len(values)} rows of {field}")
+        if not np.all(np.isfinite(values)):
+            raise InputError(f"{where}: its {field} hold a number that is not finite")
+        if not np.all(np.abs(values) <= LARGEST_NUMBER):
+            raise InputError(f"{where}: its {field} hold a number above {LARGEST_NUMBER:g}")
+    if count < 3 or not np.all(np.diff(domain.times) > 0.0):
+        raise InputError(f"{where}: its clock must have three samples or more and run forward")

@@ -13,9 +13,10 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from amble.errors import InputError, UnknownNameError, listed, printable
+from amble.errors import InputError, UnknownNameError, listed, printable, shown
 from amble.gait import Gait
 from amble.gait.recorded import RecordedDomain, RecordedMotion
+from amble.gait.validation import LARGEST_NUMBER
 from amble.hybrid import Contacts, impact
 from amble.robot import dynamics
 from amble.synthesis.initial_guess import phase_curves
@@ -46,6 +47,7 @@ def imported_gait(problem: GaitProblem, motion: RecordedMotion, coordinates: Seq
         InputError: domains or columns do not fit the problem.
         UnknownNameError: a column is no coordinate of the robot.
     """
+    motion.check()
     program = build_program(problem)
     layout, x = program.layout, np.zeros(program.layout.size)
     recorded = _in_order(problem, motion)
@@ -132,11 +134,26 @@ def _fill(problem: GaitProblem, domain: DomainLayout, x: Vector, samples: Record
 
 def _resampled(samples: RecordedDomain, times: Vector) -> tuple[NodeValues, NodeValues, NodeValues]:
     """q, v and a at other times, by the smoothest spline through what is recorded."""
+    t, q, v, a = samples.times, samples.positions, samples.velocities, samples.accelerations
+    with np.errstate(all="ignore"):  # what overflows is refused below
+        found = _curves(t, q, v, a, times)
+    if not all(np.all(np.abs(values) <= LARGEST_NUMBER) for values in found):
+        raise InputError(
+            f"domain '{shown(samples.name)}' of the motion moves faster than any robot: its rates or accelerations "
+            f"exceed {LARGEST_NUMBER:g}; are its times in seconds?"
+        )
+    return found
+
+
+def _curves(
+    t: Vector, q: NodeValues, v: NodeValues | None, a: NodeValues | None, times: Vector
+) -> tuple[NodeValues, NodeValues, NodeValues]:
+    """Return a spline through samples, and its two derivatives, at other times."""
     from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
 
-    t, q, v, a = samples.times, samples.positions, samples.velocities, samples.accelerations
     if v is None:
-        curve = make_interp_spline(t, q, k=min(5, 2 * ((len(t) - 1) // 2) + 1 if len(t) > 3 else 2))
+        degree = 2 if len(t) == 3 else min(5, len(t) - 1 - len(t) % 2)  # odd, and below the number of samples
+        curve = make_interp_spline(t, q, k=degree)
     elif a is None:
         curve = CubicHermiteSpline(t, q, v)
     else:
