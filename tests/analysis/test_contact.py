@@ -64,6 +64,15 @@ def test_planted_defects_are_named_with_time_and_cycle(
     assert found.sound_from == (0 if signal == "foot" else 2)
 
 
+@pytest.mark.parametrize("signal", ["force", "foot", "foot_velocity"])
+def test_a_motion_without_bound_is_told_without_a_warning(signal: str) -> None:
+    """Its squares are infinite; a friction that is no number would hold no foot."""
+    trace = synthetic_trace()
+    found = report(dataclasses.replace(trace, signals={**trace.signals, signal: 1e300 * trace.signals[signal]}))
+    assert bool(found.violations) == (signal == "force")
+    assert not np.isnan(found.max_friction)
+
+
 def test_summary_numbers_and_cycles() -> None:
     trace, _ = planted(synthetic_trace(3), "force", 1, 1, 3 * FEET.index("fr") + 2, -7.0)
     found = report(trace)

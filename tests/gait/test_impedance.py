@@ -103,6 +103,8 @@ def test_the_orbit_stays_under_every_allocation_law(stabilised_gait: Gait, label
 def test_wrong_gains_are_refused(stabilised_gait: Gait, walking_gait: Gait) -> None:
     with pytest.raises(InputError, match="swing damping is -1; it must not be negative"):
         Impedance(swing_damping=-1.0)
+    with pytest.raises(InputError, match=r"stance stiffness is 1e\+300; parameters of laws go up to"):
+        Impedance(stance_stiffness=1e300)
     with pytest.raises(InputError, match="stiffness is 3, not a number for every joint"):
         Impedance(stiffness=3)  # type: ignore[arg-type]
     with pytest.raises(UnknownNameError, match="unknown domain with a gain of its own 'D7'"):

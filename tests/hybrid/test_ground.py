@@ -123,6 +123,7 @@ def test_grounds_are_values() -> None:
     [
         ({"friction": 0.0}, "friction coefficient is 0"),
         ({"friction": float("nan")}, "friction coefficient is nan"),
+        ({"friction": 1e308}, r"friction coefficient is 1e\+308; it goes up to"),
         ({"friction": "0.6"}, "friction coefficient is '0.6', not a number"),
         ({"slope": 1.6}, "below a right angle"),
         ({"heading": float("inf")}, "heading of the ground is inf"),

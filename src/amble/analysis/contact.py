@@ -131,7 +131,15 @@ def contact_report(trace: Trace, pattern: GaitPattern, bounds: ContactBounds) ->
 
 
 def _monitor_feet(trace: Trace, pattern: GaitPattern, down: Mask) -> _Feet:
-    """Evaluate the monitored quantities of all feet; ``down`` says which foot of which sample stands, (n, n_feet)."""
+    """Evaluate the monitored quantities of all feet; ``down`` says which foot of which sample stands, (n, n_feet).
+
+    A motion that has grown without bound has sizes whose squares are infinite, as they are told.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _evaluated(trace, pattern, down)
+
+
+def _evaluated(trace: Trace, pattern: GaitPattern, down: Mask) -> _Feet:
     ground, contact = pattern.ground, pattern.contact
     foot, velocity = (signal(trace, name).reshape((*down.shape, 3)) for name in ("foot", "foot_velocity"))
     speed = np.linalg.norm(velocity, axis=2)

@@ -18,6 +18,7 @@ import numpy as np
 
 from amble.errors import InputError
 from amble.io.registry import Registry
+from amble.robot.parts import LARGEST_NUMBER
 from amble.types import Vector, frozen
 
 CASADI = (ca.SX, ca.MX, ca.DM)
@@ -50,6 +51,8 @@ class Ground(ABC):
             raise InputError(f"the friction coefficient is {self.friction!r}, not a number")
         if not 0.0 < self.friction < float("inf"):
             raise InputError(f"the friction coefficient is {self.friction:g}; it must be finite and positive")
+        if self.friction > LARGEST_NUMBER:
+            raise InputError(f"the friction coefficient is {self.friction:g}; it goes up to {LARGEST_NUMBER:g}")
 
     @property
     @abstractmethod

@@ -14,6 +14,7 @@ import casadi as ca
 from amble.errors import InputError, shown
 from amble.hybrid import Contacts
 from amble.robot import Joint, Robot
+from amble.robot.parts import LARGEST_NUMBER
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,10 +147,12 @@ def finite(what: str, value: Any) -> float:
     """Return a parameter of a law that must be a finite number, for its ``__post_init__``.
 
     Raises:
-        InputError: it is something else, as files and words on the command line may hold.
+        InputError: it is something else, as files and words on the command line may hold, or above ``LARGEST_NUMBER``.
     """
     try:
         if isinstance(value, Real) and not isinstance(value, bool) and isfinite(value):
+            if abs(value) > LARGEST_NUMBER:
+                raise InputError(f"the {what} is {value:g}; parameters of laws go up to {LARGEST_NUMBER:g}")
             return float(value)
     except OverflowError:  # a whole number of hundreds of digits
         pass
