@@ -151,7 +151,7 @@ def finite(what: str, value: Any) -> float:
     """
     try:
         if isinstance(value, Real) and not isinstance(value, bool) and isfinite(value):
-            if abs(value) > LARGEST_NUMBER:
+            if abs(float(value)) > LARGEST_NUMBER:
                 raise InputError(f"the {what} is {value:g}; parameters of laws go up to {LARGEST_NUMBER:g}")
             return float(value)
     except OverflowError:  # a whole number of hundreds of digits
