@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
 from examples.mujoco_reference import free_model, largest_difference
 
-from amble.analysis.reference import ReferenceMotion, reference_motion, write_reference
+from amble.analysis.reference import ReferenceMotion, reference_motion
+from amble.analysis.reference_files import write_reference
+from amble.analysis.samples import samples_of_gait
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
-from tests.cli.run import exit_code
+from amble.simulation import Trace
 from tests.robots import path as robot_file
-
-DATA = Path(__file__).parents[1] / "data"
 
 
 @pytest.fixture(scope="module")
@@ -84,31 +82,29 @@ def test_orders_hold_the_same_numbers(walking_gait: Gait) -> None:
         reference_motion(walking_gait, 50.0, order="isaac")  # type: ignore[arg-type]
 
 
-def test_a_table_has_a_column_a_number(motion: ReferenceMotion, tmp_path: Path) -> None:
-    rows = list(csv.DictReader(write_reference(motion, tmp_path / "motion.csv").read_text().splitlines()))
-    assert len(rows) == len(motion.time)
-    assert [float(row["time"]) for row in rows] == motion.time.tolist()
-    assert [float(row["qw"]) for row in rows] == motion.qpos[:, 3].tolist()
-    last = motion.joints[-1]
-    assert [float(row[f"torque {last}"]) for row in rows] == motion.torques[:, -1].tolist()
-    assert {row[f"contact {motion.feet[0]}"] for row in rows} == {"0", "1"}
-    assert [name for name, _ in itertools.groupby(row["stance"] for row in rows)] == [
-        name for name, _ in itertools.groupby(motion.stances)
-    ]
-
-
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_rates_that_cannot_be(walking_gait: Gait, rate: float) -> None:
     with pytest.raises(InputError, match="rows a second cannot be"):
         reference_motion(walking_gait, rate)
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    gait = str(DATA / "stabilised-amble.json")
-    place = tmp_path / "motion.npz"
-    assert exit_code("export", gait, "--rate", "100", "--order", "file", "--out", str(place)) == 0
-    with np.load(place) as file:
-        assert file["qpos"].shape[1] == 7 + len(file["joints"])
-    assert exit_code("export", gait, "--rate", "100", "--out", str(tmp_path / "motion.mat")) == 2
-    assert "known: .npz, .csv" in capsys.readouterr().err
-    assert exit_code("export", gait, "--rate", "100", "--law", "pinv", "--out", str(place)) == 2
+def test_a_trace_is_sampled_as_it_was_recorded(walking_gait: Gait) -> None:
+    """The trace of the gait's own motion at its own instants: what goes in comes out, across every event."""
+    samples = samples_of_gait(walking_gait, 2)
+    visited = [stance.name for stance in walking_gait.pattern.visited]
+    entries = samples.times[np.searchsorted(samples.segments, samples.segments)]
+    trace = Trace(
+        domains=tuple(visited), state_names=(), time=samples.times.copy(), clock=samples.times - entries,
+        domain=samples.stances.copy(), cycle=samples.cycles.copy(),
+        state=np.hstack([samples.positions, samples.velocities]),
+        signals={"torque": samples.torques.copy(), "force": samples.forces.copy()},
+        events=(), cycles=2, ended="completed", tolerance=1e-9, seconds=0.0,
+    )  # fmt: skip
+    for cycles in (None, 1):
+        found = reference_motion(walking_gait, 500.0, cycles, trace=trace)
+        planned = reference_motion(walking_gait, 500.0, cycles or 2)
+        assert found.stances == planned.stances
+        for name in ("time", "qpos", "qvel", "torques", "forces", "contacts", "body_positions"):
+            assert np.array_equal(getattr(found, name), getattr(planned, name)), name
+    with pytest.raises(InputError, match="rows a second cannot be"):
+        reference_motion(walking_gait, 1e9, trace=trace)

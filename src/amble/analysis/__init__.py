@@ -17,7 +17,8 @@ from amble.analysis.laws import (
 from amble.analysis.limit_use import AllocationLimits, LimitUse
 from amble.analysis.motion import Motion
 from amble.analysis.reallocation import Allocated, reallocate
-from amble.analysis.reference import ReferenceMotion, reference_motion, write_reference
+from amble.analysis.reference import ReferenceMotion, reference_motion
+from amble.analysis.reference_files import write_reference
 from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace
 from amble.analysis.survival import survived_cycles
 

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from amble.amounts import check_amount
-from amble.analysis.samples import Samples, samples_of_gait
+from amble.analysis.samples import Samples, samples_of_gait, samples_of_trace
 from amble.defaults import ORDERS, Order
 from amble.errors import InputError, UnknownNameError, shown
 from amble.gait import Gait
-from amble.io.storage import atomic_write
 from amble.robot import Robot
 from amble.robot.free_base import free_base, link_trajectories
+from amble.simulation import Trace
 from amble.types import Matrix, NodeValues, Vector
 
 MOST_CYCLES, MOST_ROWS = 10_000, 100_000
@@ -65,8 +60,10 @@ class ReferenceMotion:
     command: tuple[float, float, float]
 
 
-def reference_motion(gait: Gait, rate: float, cycles: int = 1, order: Order = "mujoco") -> ReferenceMotion:
-    """Sample the optimised motion of a gait.
+def reference_motion(
+    gait: Gait, rate: float, cycles: int | None = None, order: Order = "mujoco", trace: Trace | None = None
+) -> ReferenceMotion:
+    """Sample the optimised motion of a gait, or a trace of its walk.
 
     Between the nodes positions follow the cubics that meet positions and velocities, all else cubic splines within a
     domain; at an event the instant belongs to the domain that begins.
@@ -74,22 +71,37 @@ def reference_motion(gait: Gait, rate: float, cycles: int = 1, order: Order = "m
     Args:
         gait: the gait.
         rate: instants a second.
-        cycles: how many gait cycles; the first instant of the next one is not there.
+        cycles: how many gait cycles; the first instant of the next one is not there. By default one, of a trace all.
         order: of joints and bodies.
+        trace: a motion of this gait, simulated or walked in MuJoCo.
 
     Raises:
-        InputError: the rate or the number of cycles cannot be used.
-        UnknownNameError: there is no such order.
+        InputError: the rate or the number of cycles cannot be used, or the trace is of another robot.
+        UnknownNameError: there is no such order, or a domain of the trace is no stance of the gait.
     """
     if order not in ORDERS:
         raise UnknownNameError("order", order, ORDERS)
-    check_amount("cycles", cycles, 1, MOST_CYCLES)
-    if not (isfinite(rate) and rate > 0.0 and rate * cycles * gait.period <= MOST_ROWS):
+    if cycles is not None:
+        check_amount("cycles", cycles, 1, MOST_CYCLES)
+    if trace is None:
+        _check_rate(rate, (cycles or 1) * gait.period)
+        samples = samples_of_gait(gait, cycles or 1)
+    else:
+        whole = samples_of_trace(trace, gait.pattern)
+        samples = whole if cycles is None else whole.only(0, cycles)
+        _check_rate(rate, float(samples.times[-1] - samples.times[0]))
+    return _sampled(gait, samples, rate, order)
+
+
+def _check_rate(rate: float, duration: float) -> None:
+    if not (isfinite(rate) and rate > 0.0 and rate * duration <= MOST_ROWS):
         raise InputError(
             f"{shown(rate)} rows a second cannot be: the rate must be above 0 and make at most {MOST_ROWS:,} rows"
         )
-    samples, robot = samples_of_gait(gait, cycles), gait.robot
-    start = float(samples.times[0])
+
+
+def _sampled(gait: Gait, samples: Samples, rate: float, order: Order) -> ReferenceMotion:
+    robot, start = gait.robot, float(samples.times[0])
     # an instant that falls on the end by rounding is the first of the next cycle
     count = int(np.ceil(rate * (float(samples.times[-1]) - start) - 1e-6))
     time = np.arange(max(count, 1)) / rate
@@ -131,10 +143,15 @@ def _between(samples: Samples, times: Vector) -> tuple[Matrix, Matrix, Matrix, M
     visit = np.clip(np.searchsorted(entered, times + 1e-12, side="right") - 1, 0, len(firsts) - 1)
     parts: list[list[Matrix]] = []
     for number in np.unique(visit):
-        rows, at = slice(firsts[number], lasts[number]), times[visit == number]
-        nodes = samples.times[rows]
+        at = times[visit == number]
+        nodes, kept = np.unique(samples.times[firsts[number] : lasts[number]], return_index=True)
+        rows = firsts[number] + kept
+        others = (samples.velocities, samples.torques, samples.forces)
+        if len(nodes) == 1:  # a visit of one row, as a trace may hold
+            parts.append([np.repeat(each[rows], len(at), axis=0) for each in (samples.positions, *others)])
+            continue
         splines = [CubicHermiteSpline(nodes, samples.positions[rows], samples.velocities[rows])]
-        splines += [CubicSpline(nodes, each[rows]) for each in (samples.velocities, samples.torques, samples.forces)]
+        splines += [CubicSpline(nodes, each[rows]) for each in others]
         parts.append([np.asarray(spline(at)) for spline in splines])
     q, v, torques, forces = (np.concatenate(values) for values in zip(*parts, strict=True))
     return q, v, torques, forces, [int(samples.stances[firsts[number]]) for number in visit]
@@ -155,41 +172,3 @@ def _orders(robot: Robot, order: Order) -> tuple[list[int], list[int]]:
 
     visit(0)
     return joints, links
-
-
-def write_reference(motion: ReferenceMotion, path: str | Path) -> Path:
-    """Write a reference motion as npz, with an array an attribute, or as CSV, with a column a number.
-
-    Raises:
-        InputError: the suffix is another one, or the place cannot be written.
-    """
-    suffix = Path(path).suffix.lower()
-    if suffix == ".npz":
-        stream = io.BytesIO()
-        arrays: dict[str, Any] = {name: np.asarray(value) for name, value in vars(motion).items()}
-        np.savez(stream, **arrays)
-        return atomic_write(path, stream.getvalue())
-    if suffix == ".csv":
-        return atomic_write(path, _table(motion))
-    raise InputError(f"'{shown(Path(path).name)}' is no reference motion by its suffix; known: .npz, .csv")
-
-
-def _table(motion: ReferenceMotion) -> str:
-    base = ("x", "y", "z", "qw", "qx", "qy", "qz")
-    twist = ("vx", "vy", "vz", "wx", "wy", "wz")
-    columns: list[tuple[Sequence[str], NodeValues]] = [
-        (["time"], motion.time[:, None]),
-        ([*base, *motion.joints], motion.qpos),
-        ([*twist, *(f"rate of {name}" for name in motion.joints)], motion.qvel),
-        ([f"torque {name}" for name in motion.joints], motion.torques),
-        ([f"force {foot} {axis}" for foot in motion.feet for axis in base[:3]], motion.forces),
-        ([f"contact {foot}" for foot in motion.feet], motion.contacts.astype(np.int64)),
-        ([f"{body} {axis}" for body in motion.bodies for axis in base[:3]], motion.body_positions),
-        ([f"{body} {axis}" for body in motion.bodies for axis in base[3:]], motion.body_quaternions),
-    ]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["stance", *(name for names, _ in columns for name in names)])
-    for row, stance in enumerate(motion.stances):
-        writer.writerow([stance, *(repr(value) for _, values in columns for value in values[row].ravel().tolist())])
-    return stream.getvalue()

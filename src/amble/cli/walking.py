@@ -151,10 +151,17 @@ def export(
     rate: Annotated[
         float | None,
         typer.Option(
-            help="Rows a second: a reference motion for other programs (FILE.npz, FILE.csv).", show_default=False
+            help="Rows a second: a reference motion for other programs (FILE.npz, FILE.csv, FILE.mcap).",
+            show_default=False,
         ),
     ] = None,
-    cycles: Annotated[int, typer.Option(min=1, max=10_000, help="Gait cycles of a reference motion.")] = 1,
+    cycles: Annotated[
+        int | None,
+        typer.Option(min=1, max=10_000, help="Gait cycles of a reference motion.", show_default="1, of a trace all"),
+    ] = None,
+    trace: Annotated[
+        Path | None, typer.Option(help="A trace of the gait's walk, written instead of the gait.", show_default=False)
+    ] = None,
     order: Annotated[Order, typer.Option(help="Joints and bodies of it depth first, or as in the robot's file.")] = (
         "mujoco"
     ),
@@ -168,18 +175,22 @@ def export(
     if gait.is_dir():
         _export_library(gait, out, others=(law, control, rate))
         return
-    from amble.analysis.reference import reference_motion, write_reference
+    from amble.analysis import reference_motion, write_reference
     from amble.export import export_controller
     from amble.gait.files import load_gait
     from amble.gait.motion_files import write_motion
     from amble.gait.motion_formats import FORMATS
+    from amble.simulation import load_trace
 
     walker = load_gait(gait)
     if rate is not None:
         if law is not None or control is not None:
             raise InputError("a reference motion is that of the gait's own laws; --law and --control do not change it")
-        wrote(write_reference(reference_motion(walker, rate, cycles, order), out))
+        recorded = None if trace is None else load_trace(trace)
+        wrote(write_reference(reference_motion(walker, rate, cycles, order, recorded), out))
         return
+    if trace is not None or out.suffix.lower() == ".mcap":
+        raise InputError("a motion at a steady rate needs --rate, rows a second, such as --rate 500")
     if out.suffix.lower() in FORMATS:
         if law is not None or control is not None:
             raise InputError("a motion is that of the gait's own laws; --law and --control belong to the controller")
