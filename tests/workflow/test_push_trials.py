@@ -92,6 +92,10 @@ def test_trials_of_something_else_are_not_mixed(
     do_trials(folder, ["counting"], 10)
     with pytest.raises(InputError, match="holds trials of another gait, with other settings"):
         do_trials(replace(folder, settings=TrialSettings(seed=2)), ["counting"], 10)
+    with monkeypatch.context() as changed:
+        changed.setattr(push_trials, "code_key", lambda: "of other sources")
+        with pytest.raises(InputError, match="or of other code of amble"):
+            do_trials(folder, ["counting"], 10)
     with pytest.raises(UnknownNameError, match="unknown engine 'bullet'"):
         do_trials(folder, ["bullet"], 10)
     for trials, workers in ((0, 1), (1, 0)):

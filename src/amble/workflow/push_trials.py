@@ -9,6 +9,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import cache
+from importlib import metadata
+from importlib.util import find_spec
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -16,9 +19,11 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
+from amble.codegen.cache import content_key
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
+from amble.gait.linearising_law import control_of
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.unilateral_loop import unilateral_loop
 from amble.gait.unilateral_state import Push, unilateral_start
@@ -28,7 +33,6 @@ from amble.simulation.walk import walk
 from amble.stability.push_response import impulse_unit, push_of
 from amble.stability.robustness import SURVIVED, Trial, TrialSettings
 from amble.types import Json
-from amble.version import __version__
 
 PIECE = 50
 """Trials of one file."""
@@ -112,6 +116,15 @@ def pieces(trials: int) -> tuple[range, ...]:
     return tuple(range(first, min(first + PIECE, trials)) for first in range(0, trials, PIECE))
 
 
+@cache
+def code_key() -> str:
+    """Return a hash of amble's own sources and of the engine's version: a trial of other code is another trial."""
+    root = Path(__file__).parents[1]
+    files = sorted(path for path in root.rglob("*") if path.suffix in (".py", ".c", ".h"))
+    engine = metadata.version("mujoco") if find_spec("mujoco") else ""
+    return content_key([engine, *(path.read_text(encoding="utf-8") for path in files)])
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrialFolder:
     """Where the pieces of trials are kept.
@@ -140,7 +153,7 @@ class TrialFolder:
                 before = None
             if before != self.content:
                 raise InputError(
-                    f"'{self.place}' holds trials of another gait, with other settings or of another version; take "
+                    f"'{self.place}' holds trials of another gait, with other settings or of other code of amble; take "
                     "another folder (--out), or remove it"
                 )
         save_gait(self.gait, self.place / "gait.json")
@@ -148,12 +161,14 @@ class TrialFolder:
 
     @property
     def content(self) -> Json:
-        """What the trials follow from."""
+        """What the trials follow from; the hash of the gait is that of its laws too."""
         return {
             "gait": content_hash(self.gait),
+            "control": control_of(self.gait).name,
+            "law": self.gait.law.name,
             "settings": asdict(self.settings),
             "piece": PIECE,
-            "amble": __version__,
+            "code": code_key(),
         }
 
     @classmethod
