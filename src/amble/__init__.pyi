@@ -147,6 +147,9 @@ from amble.workflow import rewrite_report as rewrite_report
 from amble.workflow import steer as steer
 from amble.workflow import synthesize_specification as synthesize_specification
 from amble.workflow import transitions as transitions
+from amble.workflow.front import Front as Front
+from amble.workflow.front import FrontPoint as FrontPoint
+from amble.workflow.front import front as front
 from amble.workflow.robustness import robustness as robustness
 
 __version__: str
@@ -187,6 +190,8 @@ __all__ = [
     "Feedback",
     "FixedPoint",
     "Footfall",
+    "Front",
+    "FrontPoint",
     "Gait",
     "GaitNotSolvedError",
     "GaitPattern",
@@ -254,6 +259,7 @@ __all__ = [
     "export_controller",
     "exported_loop",
     "fixed_point",
+    "front",
     "gait_pattern",
     "gait_problem",
     "gaits",

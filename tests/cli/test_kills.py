@@ -97,6 +97,7 @@ CASES = {
     "synthesize": Case(("synthesize", "{inputs}/spec.toml", "--out"), load_gait, kills=12),
     "stabilize": Case(("stabilize", BIPED, "--out"), load_gait, kills=12),
     "robustness": Case(("robustness", BIPED, "--trials", "2", "--cycles", "2", "--out"), _files, kills=6),
+    "front": Case(("front", BIPED, "--out"), _files, kills=6),
     "library": Case(("library", "{inputs}/library.toml", "--out"), _files, kills=6),
     "reproduce": Case(("reproduce", "--spec", "{inputs}/spec.toml", "--cycles", "2", "--out"), _files, kills=9),
 }

@@ -40,13 +40,18 @@ NUMBERS: dict[tuple[str, str], tuple[tuple[str, ...], tuple[str, ...]]] = {
     ("robustness", "workers"): (PUSHED, ("0", "-1", "257", HUGE)),
     ("steer", "duration"): (("steer", "library", "--commands", "x.csv"), ("0", "-1", "nan", "inf", "1e6", HUGE)),
     ("transitions", "friction"): (("transitions", "library"), ("0", "-1", "nan", "inf")),
+    ("front", "friction"): (("front", GAIT), ("0", "-1", "nan", "inf")),
+    ("front", "bears"): (("front", GAIT), ("0", "-1", "nan", "inf")),
     ("prove", "bits"): (("prove", f"{WHEEL}:rolling"), ("0", "63", "1025", HUGE)),
     ("prove", "order"): (("prove", f"{WHEEL}:rolling"), ("3", "41", HUGE)),
     ("prove", "basin"): (("prove", f"{WHEEL}:rolling"), ("-1", "2", "nan", "inf")),
 }
 
-OPTIONAL = {("prove", "bits"), ("prove", "order"), ("prove", "basin"), ("transitions", "friction")}
-"""Numbers whose default follows from what is proved or walked."""
+OPTIONAL = {
+    ("prove", "bits"), ("prove", "order"), ("prove", "basin"),
+    ("transitions", "friction"), ("front", "bears"), ("export", "cycles"),
+}  # fmt: skip
+"""Numbers that may be left out, so that what is worked on says them."""
 
 
 def test_every_number_of_every_command_is_tried() -> None:

@@ -10,6 +10,7 @@ from typer.core import TyperCommand
 from amble.cli import (
     checking,
     doctor,
+    front,
     importing,
     library,
     making,
@@ -51,7 +52,7 @@ class Command(TyperCommand):
 
 PLACES = {"out", "keep", "figure", "mp4", "record"}
 """Parameters that name what is written."""
-INTO_FOLDERS = ("library", "reproduce", "report", "robustness")
+INTO_FOLDERS = ("front", "library", "reproduce", "report", "robustness")
 """Commands whose ``--out`` is a folder that keeps what else is in it."""
 
 app = typer.Typer(
@@ -79,6 +80,7 @@ COMMANDS = (
     walking.export,
     validating.validate,
     robustness.robustness,
+    front.front,
     importing.importing,
     view.view,
     reproducing.report,

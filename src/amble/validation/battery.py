@@ -160,7 +160,7 @@ def validate(
     of the distance, and no link came to the ground with its origin or its centre of mass.
 
     Args:
-        gait: the gait, under control law ``Impedance``.
+        gait: the gait, under its control law.
         law: another allocation law than the gait's.
         cases: what is tried.
         cycles: gait cycles of a walk.
@@ -170,8 +170,8 @@ def validate(
         record: keep the motion of every walk, ``CaseResult.trace``.
 
     Raises:
-        InputError: the gait is under another control law, does not walk on level ground, the cycles are not from 1 to
-            10,000, or MuJoCo is not installed.
+        InputError: the gait cannot be exported or does not walk on level ground, its robot moves in the plane, the
+            cycles are not from 1 to 10,000, or MuJoCo is not installed.
         WorkError: there is no C compiler, or it fails.
     """
     if not gait.pattern.ground.level:

@@ -18,7 +18,6 @@ from amble.export import export_controller
 from amble.export.code import template
 from amble.gait import Gait
 from amble.gait.closed_loop import start_state
-from amble.gait.impedance import Impedance
 from amble.io.storage import workplace
 from amble.types import Matrix
 from amble.validation.mujoco_model import require_mujoco, to_mujoco
@@ -41,8 +40,9 @@ class Schedule:
         period: of the controller, s; a whole number of the plant's steps.
         delay: until a command arrives, s.
         threshold: normal force at which a foot's flag is set, N.
-        noise_angle: standard deviation of measured joint angles, rad.
-        noise_rate: of measured joint rates, rad/s.
+        noise_angle: standard deviation of measured joint angles, rad; where a controller reads the base, of its angles
+            too, and times the leg length of its place.
+        noise_rate: of measured rates, rad/s, in the same way.
         cap: largest torque of the motors, N m.
         lag: their time constant, s.
         push: force on the base, N, from and until, s: (x, y, z, from, until).
@@ -99,7 +99,7 @@ class Walk:
 
 
 class Loop:
-    """The controller of a gait under impedance, ready to walk in MuJoCo.
+    """The controller of a gait, ready to walk in MuJoCo.
 
     Args:
         gait: the gait.
@@ -107,15 +107,13 @@ class Loop:
         confirm: time for which a foot must touch until it counts, s.
 
     Raises:
-        InputError: the gait's control law is not ``Impedance``, or MuJoCo is not installed.
+        InputError: the robot moves in the plane, its gait cannot be exported, or MuJoCo is not installed.
         WorkError: where there is no C compiler, or it fails.
     """
 
     def __init__(self, gait: Gait, law: AllocationLaw | None, confirm: float) -> None:
         if not gait.robot.base.in_space:
             raise InputError(f"MuJoCo walks robots in space; '{gait.robot.name}' moves in the plane of x and z")
-        if not isinstance(gait.control, Impedance):
-            raise InputError("MuJoCo walks gaits under control law 'impedance' (--control impedance)")
         self.gait = gait
         joints, feet = len(gait.robot.joints), len(gait.robot.feet)
         self._settings, self._outcome = _structures(joints, feet)
@@ -171,7 +169,7 @@ class Loop:
             )
         settings = self._settings()
         settings.cycles, settings.every, settings.delay = schedule.cycles, every, delay
-        settings.trunk = model.body(gait.robot.links[0].name).id
+        settings.trunk, settings.reach = model.body(gait.robot.links[0].name).id, gait.robot.leg_length
         for name in ("threshold", "noise_angle", "noise_rate", "cap", "lag", "seed"):
             setattr(settings, name, getattr(schedule, name))
         settings.push[:], (settings.push_from, settings.push_until) = schedule.push[:3], schedule.push[3:]
@@ -191,7 +189,7 @@ def _structures(joints: int, feet: int) -> tuple[Any, Any]:
     whole, real = ctypes.c_int, ctypes.c_double
     settings = [
         *((name, whole) for name in ("cycles", "every", "delay", "trunk")),
-        *((name, real) for name in ("threshold", "noise_angle", "noise_rate", "cap", "lag")),
+        *((name, real) for name in ("threshold", "noise_angle", "noise_rate", "reach", "cap", "lag")),
         ("push", real * 3),
         *((name, real) for name in ("push_from", "push_until", "lowest", "steepest", "longest")),
         ("seed", ctypes.c_uint64),

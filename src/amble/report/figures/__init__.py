@@ -3,6 +3,7 @@
 from amble.report.figures.actuation import joint_power, torque_speed
 from amble.report.figures.contacts import contact_forces, foot_paths
 from amble.report.figures.footfall import footfall
+from amble.report.figures.front import torque_push
 from amble.report.figures.gait_map import gait_map
 from amble.report.figures.orbital_stability import multiplier_circle, section_distance
 from amble.report.figures.portraits import base_portraits, cycle_portraits, joint_portraits
@@ -27,5 +28,6 @@ __all__ = [
     "survival",
     "torque_lines",
     "torque_magnitudes",
+    "torque_push",
     "torque_speed",
 ]

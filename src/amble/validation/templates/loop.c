@@ -1,5 +1,5 @@
-/* The exported impedance controller in a loop with MuJoCo: sample, hold, delay, noise, push, and what is measured.
- * Compiled with amble_controller.c; one call walks one case. */
+/* The exported controller in a loop with MuJoCo: sample, hold, delay, noise, push, and what is measured. Compiled with
+ * amble_controller.c, of the impedance law or of one that reads the whole state; one call walks one case. */
 #include <math.h>
 #include <mujoco/mujoco.h>
 #include <stdint.h>
@@ -15,6 +15,7 @@ typedef struct {
   int trunk;          /* body of the base */
   double threshold;   /* normal force at which a foot's flag is set, N */
   double noise_angle, noise_rate; /* standard deviations, rad and rad/s */
+  double reach;       /* by which those of the base's place and velocity are larger, m */
   double cap, lag;    /* torque limit, N m, and time constant, s, of the motors */
   double push[3], push_from, push_until; /* force on the base, N, between two times, s */
   double lowest, steepest; /* height of the base, m, and vertical component of its axis, below which it has fallen */
@@ -83,10 +84,98 @@ static double depth(const mjModel *m, const mjData *d) {
   return found;
 }
 
+static double noisy(double value, double deviation) { return deviation > 0.0 ? value + deviation * normal() : value; }
+
+static void sense(const mjData *d, const settings *s, double *q, double *qd) {
+  int i;
+  for (i = 0; i < AMBLE_JOINTS; i++) {
+    q[i] = noisy(d->qpos[s->qpos[i]], s->noise_angle);
+    qd[i] = noisy(d->qvel[s->dof[i]], s->noise_rate);
+  }
+}
+
+#ifdef AMBLE_COORDINATES /* a controller that reads the whole state, and flags that are confirmed before */
+#define BASE (AMBLE_COORDINATES - AMBLE_JOINTS)
+
+typedef struct {
+  amble_controller c;
+  unsigned char down[AMBLE_FEET];
+  int ticks[AMBLE_FEET];
+  double since[AMBLE_FEET], time;
+} driver;
+
+/* The base: place, angles of the chain X-Y-Z, and their rates. */
+static void sense_base(const mjData *d, const settings *s, double *q, double *qd) {
+  mjtNum r[9];
+  const mjtNum *w = d->qvel + 3;
+  int i;
+  mju_quat2Mat(r, d->qpos + 3);
+  for (i = 0; i < 3; i++) {
+    q[i] = d->qpos[i];
+    qd[i] = d->qvel[i];
+  }
+  q[3] = atan2(-r[5], r[8]);
+  q[4] = asin(r[2] > 1.0 ? 1.0 : r[2] < -1.0 ? -1.0 : r[2]);
+  q[5] = atan2(-r[1], r[0]);
+  qd[3] = (cos(q[5]) * w[0] - sin(q[5]) * w[1]) / cos(q[4]);
+  qd[4] = sin(q[5]) * w[0] + cos(q[5]) * w[1];
+  qd[5] = w[2] - sin(q[4]) * qd[3];
+  for (i = 0; i < BASE; i++) {
+    double scale = i < 3 ? s->reach : 1.0;
+    q[i] = noisy(q[i], scale * s->noise_angle);
+    qd[i] = noisy(qd[i], scale * s->noise_rate);
+  }
+}
+
+static void begin(driver *v) {
+  int f;
+  memset(v, 0, sizeof *v);
+  amble_enter(&v->c, 0, 0.0);
+  for (f = 0; f < AMBLE_FEET; f++) v->down[f] = (unsigned char)amble_stands(0, f);
+}
+
+static unsigned act(driver *v, double dt, const mjData *d, const settings *s, const unsigned char *contact, double *u) {
+  double q[AMBLE_COORDINATES], qd[AMBLE_COORDINATES], force[AMBLE_FORCES];
+  int f;
+  v->time += dt;
+  for (f = 0; f < AMBLE_FEET; f++) {
+    if (contact[f] == v->down[f]) {
+      v->ticks[f] = 0;
+      v->since[f] = 0.0;
+      continue;
+    }
+    if (v->ticks[f]++) v->since[f] += dt;
+    if (v->since[f] < AMBLE_CONFIRM_TIME) continue;
+    v->down[f] = contact[f];
+    v->ticks[f] = 0;
+    v->since[f] = 0.0;
+  }
+  sense_base(d, s, q, qd);
+  sense(d, s, q + BASE, qd + BASE);
+  return amble_step(&v->c, v->time, q, qd, v->down, u, force);
+}
+#else
+typedef struct {
+  amble_controller c;
+} driver;
+
+static void begin(driver *v) { amble_enter(&v->c, 0); }
+
+static unsigned act(driver *v, double dt, const mjData *d, const settings *s, const unsigned char *contact, double *u) {
+  double q[AMBLE_JOINTS], qd[AMBLE_JOINTS];
+  amble_command command;
+  unsigned status;
+  sense(d, s, q, qd);
+  status = amble_step(&v->c, dt, q, qd, contact, &command);
+  memcpy(u, command.sum, sizeof command.sum);
+  return status;
+}
+#endif
+
 void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *trace, int rows, int width, int interval) {
   static double ring[RING][AMBLE_JOINTS];
-  static amble_controller c;
-  amble_command command;
+  static driver v;
+  double command[AMBLE_JOINTS] = {0};
   double torque[AMBLE_JOINTS] = {0}, force[AMBLE_FEET], whole[AMBLE_FEET][3], h = m->opt.timestep;
   double began = d->qpos[0];
   long k;
@@ -97,27 +186,22 @@ void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *tr
   state[0] = s->seed * 0x9E3779B97F4A7C15ULL + 1;
   state[1] = s->seed ^ 0xD1B54A32D192ED03ULL;
   for (i = 0; i < 20; i++) uniform();
-  amble_enter(&c, 0);
+  begin(&v);
   mj_forward(m, d);
   for (k = 0; (double)k * h < s->longest; k++) {
     double t = (double)k * h;
     press(m, d, s, force, whole);
     for (f = 0; f < AMBLE_FEET; f++) {
-      if (force[f] > s->threshold && amble_stands(c.stance, f)) r->slip += h * sliding(m, d, s->geom[f]);
+      if (force[f] > s->threshold && amble_stands(v.c.stance, f)) r->slip += h * sliding(m, d, s->geom[f]);
     }
     if (k % s->every == 0) {
-      double q[AMBLE_JOINTS], qd[AMBLE_JOINTS];
       unsigned char contact[AMBLE_FEET];
-      int last = c.stance;
-      for (i = 0; i < AMBLE_JOINTS; i++) {
-        q[i] = d->qpos[s->qpos[i]] + (s->noise_angle > 0.0 ? s->noise_angle * normal() : 0.0);
-        qd[i] = d->qvel[s->dof[i]] + (s->noise_rate > 0.0 ? s->noise_rate * normal() : 0.0);
-      }
+      int last = v.c.stance;
       for (f = 0; f < AMBLE_FEET; f++) contact[f] = force[f] > s->threshold;
-      r->status |= amble_step(&c, k ? (double)s->every * h : 0.0, q, qd, contact, &command);
-      if (c.stance != last && c.stance == 0 && ++r->cycles >= s->cycles) break;
+      r->status |= act(&v, k ? (double)s->every * h : 0.0, d, s, contact, command);
+      if (v.c.stance != last && v.c.stance == 0 && ++r->cycles >= s->cycles) break;
     }
-    memcpy(ring[k % RING], command.sum, sizeof command.sum);
+    memcpy(ring[k % RING], command, sizeof command);
     for (i = 0; i < AMBLE_JOINTS; i++) {
       double wanted = ring[(k >= s->delay ? k - s->delay : 0) % RING][i];
       wanted = wanted > s->cap ? s->cap : wanted < -s->cap ? -s->cap : wanted;
@@ -132,7 +216,7 @@ void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *tr
     if (interval > 0 && k % interval == 0 && written < rows) {
       double *row = trace + (long)width * written++;
       row[0] = t;
-      row[1] = c.stance;
+      row[1] = v.c.stance;
       memcpy(row + 2, d->qpos, (size_t)m->nq * sizeof *row);
       memcpy(row + 2 + m->nq, d->qvel, (size_t)m->nv * sizeof *row);
       memcpy(row + 2 + m->nq + m->nv, torque, sizeof torque);
