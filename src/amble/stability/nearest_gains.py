@@ -12,7 +12,7 @@ from amble.progress import Progress, ProgressReport
 from amble.stability.gain_search import GainSearch
 from amble.stability.weight_search import Closed, least_bound
 
-PRICES = (1.0, 0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.008, 0.004, 0.002, 0.001)
+PRICES = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 """Of the sum of squares of log(gain / gain at the start), beside the logarithm of the contraction bound; in turn."""
 
 
