@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from amble.hybrid import HybridSystem
     from amble.stability.fixed_point import FixedPoint
 
-LARGEST_CHANGE = float(np.log(4.0))
-"""Gains stay within this factor of where they start, either way, as a logarithm."""
+LARGEST_CHANGE, STIFFER_DAMPING = float(np.log(4.0)), float(np.log(1.5))
+"""Gains stay within the first factor of where they start, either way, as a logarithm; dampings rise by the second at
+most, since the fastest mode of a leg in the air goes with them (docs/theory/impedance.md, eq. 6)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +91,6 @@ class GainSearch:
     packed: Mapping[str, Vector]
     orbit: Orbit
 
-    largest = LARGEST_CHANGE
-
     @classmethod
     def of(cls, gait: Gait) -> GainSearch:
         """Start at the gains of the gait's control law.
@@ -127,6 +126,12 @@ class GainSearch:
     def size(self) -> int:
         """Number of free gains."""
         return len(self.labels)
+
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """Of theta, least and largest."""
+        rises = [STIFFER_DAMPING if label.endswith("damping") else LARGEST_CHANGE for label in self.labels]
+        return [(-LARGEST_CHANGE, rise) for rise in rises]
 
     def values(self, theta: Vector) -> Vector:
         """Return the gains, in the order of ``labels``."""

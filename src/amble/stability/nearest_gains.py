@@ -12,7 +12,7 @@ from amble.progress import Progress, ProgressReport
 from amble.stability.gain_search import GainSearch
 from amble.stability.weight_search import Closed, least_bound
 
-PRICES = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
+PRICES = (1.0, 0.3, 0.1, 0.03, 0.01, 0.006, 0.004, 0.002, 0.001)
 """Of the sum of squares of log(gain / gain at the start), beside the logarithm of the contraction bound; in turn."""
 
 
@@ -34,7 +34,7 @@ def nearest_gains(search: GainSearch, start: Closed, target: float, progress: Pr
     for number, price in enumerate(PRICES):
         progress(ProgressReport(what=f"gains at a price of {price:g} for change", done=number, of=len(PRICES)))
         try:
-            theta = least_bound(search.evaluate, theta, progress, search.largest, price=price)
+            theta = least_bound(search.evaluate, theta, progress, search.bounds, price=price)
             if search.radius(theta) > target and price > PRICES[-1]:
                 continue
             there = search.close(theta)

@@ -247,7 +247,7 @@ def _improved(
 ) -> Closed | None:
     """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
     try:
-        proposed = least_bound(search.evaluate, here.theta, notify, search.largest, evaluations, search.price)
+        proposed = least_bound(search.evaluate, here.theta, notify, None, evaluations, search.price)
     except WorkError as error:
         refusals.append(str(error))
         return None

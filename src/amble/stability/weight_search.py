@@ -82,7 +82,7 @@ def least_bound(
     evaluate: Callable[[Vector], ParametrisedMap],
     theta: Vector,
     progress: Progress | None = None,
-    largest: float | None = None,
+    bounds: Sequence[tuple[float, float]] | None = None,
     evaluations: int = EVALUATIONS,
     price: float = CONDITIONING,
 ) -> Vector:
@@ -92,7 +92,7 @@ def least_bound(
         evaluate: what a choice of the parameters makes of the return map.
         theta: where to start.
         progress: called after every evaluation.
-        largest: bound of every parameter's size; none by default.
+        bounds: of every parameter, least and largest; none by default.
         evaluations: of the return map, at most.
         price: weight of the conditioning beside log r.
 
@@ -121,7 +121,6 @@ def least_bound(
         return mean + price * strain + penalty * float(trial @ trial), slope
 
     options = {"maxfun": evaluations, "maxcor": MEMORY}
-    bounds = None if largest is None else [(-largest, largest)] * theta.size
     try:
         found = minimize(objective, theta, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
         return np.asarray(found.x)
@@ -170,8 +169,6 @@ class WeightSearch:
     weighting: Weighting
     orbit: Orbit
     price: float = CONDITIONING
-
-    largest = None
 
     @property
     def size(self) -> int:
