@@ -173,7 +173,7 @@ def export(
     transitions`) it is one controller for all of its gaits, with a command.
     """
     if gait.is_dir():
-        _export_library(gait, out, others=(law, control, rate))
+        _export_library(gait, out, others=(law, control, rate, trace))
         return
     from amble.analysis import reference_motion, write_reference
     from amble.export import export_controller
