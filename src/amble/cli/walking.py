@@ -176,7 +176,6 @@ def export(
         _export_library(gait, out, others=(law, control, rate, trace))
         return
     from amble.analysis import reference_motion, write_reference
-    from amble.export import export_controller
     from amble.gait.files import load_gait
     from amble.gait.motion_files import write_motion
     from amble.gait.motion_formats import FORMATS
@@ -196,7 +195,13 @@ def export(
             raise InputError("a motion is that of the gait's own laws; --law and --control belong to the controller")
         wrote(write_motion(walker, out))
         return
-    walker = options.under(walker, control)
+    _export_c(options.under(walker, control), law, out)
+
+
+def _export_c(walker: Gait, law: str | None, out: Path) -> None:
+    """Write the controller of a gait."""
+    from amble.export import export_controller
+
     chosen = None if law is None else options.parse_law(law, walker.pattern)
     with progress("exporting"):
         exported = export_controller(walker, chosen, out)
