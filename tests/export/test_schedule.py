@@ -46,7 +46,9 @@ def folder(schedule: Schedule, tmp_path_factory: pytest.TempPathFactory) -> Path
     return export_schedule(schedule, (CHANGE,), tmp_path_factory.mktemp("export") / "controller").folder
 
 
-@pytest.mark.parametrize(("flags", "largest"), [((), 1e-12), (("-DAMBLE_FLOAT",), 1e-4)])
+@pytest.mark.parametrize(
+    ("flags", "largest"), [((), 1e-12), pytest.param(("-DAMBLE_FLOAT",), 1e-4, marks=pytest.mark.slow)]
+)
 def test_the_vectors_replay(folder: Path, tmp_path: Path, flags: tuple[str, ...], largest: float) -> None:
     """Relative to the largest torque: seven commands of 80 calls each."""
     program = built(folder, tmp_path / "replay", *flags, str(folder / "replay.c"))

@@ -116,6 +116,7 @@ def test_only_what_can_be_commanded_is_steered_along(folder: Path) -> None:
         transitions(library, friction=-1.0)
 
 
+@pytest.mark.slow
 def test_the_command_line_steers_and_exports(
     steerable: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
