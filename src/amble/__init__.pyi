@@ -43,6 +43,8 @@ from amble.gait import DomainTrajectory as DomainTrajectory
 from amble.gait import Feedback as Feedback
 from amble.gait import Gait as Gait
 from amble.gait import Limits as Limits
+from amble.gait.clearances import Clearances as Clearances
+from amble.gait.clearances import Motor as Motor
 from amble.gait.closed_loop import closed_loop as closed_loop
 from amble.gait.closed_loop import start_state as start_state
 from amble.gait.control_law import CONTROL_LAWS as CONTROL_LAWS
@@ -176,6 +178,7 @@ __all__ = [
     "Certificate",
     "CertificateError",
     "CheckReport",
+    "Clearances",
     "Comparison",
     "Contact",
     "ContactBounds",
@@ -209,6 +212,7 @@ __all__ = [
     "MinimumPeak",
     "MinimumPower",
     "Monodromy",
+    "Motor",
     "NotSolvedError",
     "NotStabilizedError",
     "Outcome",
