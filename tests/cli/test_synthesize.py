@@ -85,7 +85,8 @@ def test_a_robot_a_gait_and_a_speed_are_enough(
     """The first trot of a Go2 took twelve failing runs, and 28 numbers by hand."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("AMBLE_COMPILER", "none")
-    go2, feet = str(urdf("go2")), "fl=FL_foot,fr=FR_foot,rl=RL_foot,rr=RR_foot"
+    shutil.copy(urdf("go2"), "go2.urdf")  # without the SRDF beside it, whose posture `init` would take
+    go2, feet = "go2.urdf", "fl=FL_foot,fr=FR_foot,rl=RL_foot,rr=RR_foot"
     assert exit_code("synthesize", go2) == 2
     said = capsys.readouterr().err
     assert f"--feet (by position these may be {feet}); --gait (" in said

@@ -100,6 +100,9 @@ def test_every_row_has_a_kind_of_its_own_sort(small_program: GaitProgram) -> Non
         RowKind.PERIOD: 1,
         RowKind.LANDING_ORDER: 2,  # one foot lands at a switch and one is released
         RowKind.LANDING_FORCE: 0,
+        RowKind.PART_HEIGHT: 0,  # nobody asked for clearances or a motor
+        RowKind.LEGS_APART: 0,
+        RowKind.TORQUE_SPEED: 0,
     }
     found = {kind: int(np.sum(program.row_kinds == kind)) for kind in RowKind}
     assert found == counts

@@ -91,15 +91,15 @@ class Limits:
                 f"least the normal force, {self.normal_force:g}"
             )
 
-    def least_normal_force(self, leaves: bool, progress: Vector) -> Vector:
+    def least_normal_force(self, leaves: bool, passed: Vector) -> Vector:
         """Return the bound of a stance foot's normal force along a stance, (n,), N.
 
         Args:
             leaves: whether the foot leaves by its force at the end.
-            progress: 0 at the entry, 1 at the end, (n,).
+            passed: share of the stance that has passed, 0 at its entry, 1 at its end, (n,).
         """
         most = self.normal_force if self.standing_force is None else self.standing_force
-        return most + (self.normal_force - most) * progress * float(leaves)
+        return most + (self.normal_force - most) * passed * float(leaves)
 
     def accelerations(self, robot: Robot) -> dict[str, float]:
         """Return coordinate -> largest |second derivative|, m/s^2 or rad/s^2, as a point a leg away would have it."""
