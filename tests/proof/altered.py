@@ -11,6 +11,8 @@ from amble.proof import Proof
 from amble.proof.verification import Recomputed
 from amble.types import Json
 
+ROUNDING = Fraction(1, 10**37)
+"""Width below which a ball is a number and the rounding of its decimals."""
 SHARES = 0.1, 0.9
 """By which share of its width a ball is moved inward at least and at most; its room is 1/17 of it."""
 
@@ -47,7 +49,11 @@ def _ends(tree: Json) -> list[tuple[str, list[str], int]]:
     named = [(name, pair) for what in ("state", "shift") for name, pair in tree[what].items()]
     named += [(f"duration {number}", pair) for number, pair in enumerate(tree["durations"])]
     named += [(f"multiplier {number}", part) for number, parts in enumerate(tree["multipliers"]) for part in parts]
-    return [(name, pair, end) for name, pair in named for end in (0, 1) if Fraction(pair[0]) < Fraction(pair[1])]
+    return [(name, pair, end) for name, pair in named for end in (0, 1) if _width(pair) > ROUNDING]
+
+
+def _width(pair: list[str]) -> Fraction:
+    return Fraction(pair[1]) - Fraction(pair[0])
 
 
 def _bounds(tree: Json, again: Recomputed) -> list[tuple[str, Json, str, Fraction]]:

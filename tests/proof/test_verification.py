@@ -11,6 +11,7 @@ from examples import rimless_wheel, simplest_walker
 
 from amble.hybrid import HybridSystem
 from amble.proof import Proof, ProofError, Settings, prove, verification, verify
+from amble.proof.arithmetic import working_precision
 from amble.proof.quotient import claimed, quotient, translations
 from amble.proof.verification import Recomputed, recomputed, require_claims
 from amble.types import Vector
@@ -68,10 +69,11 @@ def test_a_hundred_files_of_a_gait_and_a_smaller_rate() -> None:
     refused_all(proof, again)
     assert proof.found.rate is not None
     system = verification._prepared(gaits.stabilised(), proof.found.order).system
-    along = translations(system, np.array([float(value) for value in again.orbit.centre]))
-    reduced = quotient(again.orbit.derivative, along)
-    weight = np.array(proof.found.weight)
-    assert claimed(reduced, weight, proof.found.rate)[1] == proof.found.rate
-    for rate, other in ((0.999 * proof.found.rate, weight), (proof.found.rate, np.eye(len(weight)))):
-        with pytest.raises(ProofError, match="of the spectral radius does not follow"):
-            claimed(reduced, other, rate)
+    with working_precision(proof.found.bits + verification.OTHER_PRECISION):
+        along = translations(system, np.array([float(value) for value in again.orbit.centre]))
+        reduced = quotient(again.orbit.derivative, along)
+        weight = np.array(proof.found.weight)
+        assert claimed(reduced, weight, proof.found.rate)[1] == proof.found.rate
+        for rate, other in ((0.999 * proof.found.rate, weight), (proof.found.rate, np.eye(len(weight)))):
+            with pytest.raises(ProofError, match="of the spectral radius does not follow"):
+                claimed(reduced, other, rate)
