@@ -32,7 +32,7 @@ def test_the_gait_of_the_tests_is_proved() -> None:
 @pytest.mark.slow
 def test_the_amble_of_reproduce_is_proved() -> None:
     """The gait of `make run`, anew: in less than 15 minutes of processor time, with less than 4 GB, and verified."""
-    gait = stabilization(solve(pose())).gait
+    gait = stabilization(solve(pose(None))).gait
     before = time.process_time()
     proof = prove_gait(gait)
     assert time.process_time() - before < 900.0
