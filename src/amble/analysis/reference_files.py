@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from amble.analysis.mcap_file import mcap_content
 from amble.analysis.reference import ReferenceMotion
 from amble.errors import InputError, shown
 from amble.io.storage import atomic_write
+from amble.io.table import table_text
 from amble.types import NodeValues
 
 
@@ -52,9 +52,9 @@ def _table(motion: ReferenceMotion) -> str:
         ([f"{body} {axis}" for body in motion.bodies for axis in base[:3]], motion.body_positions),
         ([f"{body} {axis}" for body in motion.bodies for axis in base[3:]], motion.body_quaternions),
     ]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["stance", *(name for names, _ in columns for name in names)])
-    for row, stance in enumerate(motion.stances):
-        writer.writerow([stance, *(repr(value) for _, values in columns for value in values[row].ravel().tolist())])
-    return stream.getvalue()
+    head = ["stance", *(name for names, _ in columns for name in names)]
+    rows = (
+        [stance, *(repr(value) for _, values in columns for value in values[row].ravel().tolist())]
+        for row, stance in enumerate(motion.stances)
+    )
+    return table_text([head, *rows])

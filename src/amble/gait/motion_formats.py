@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import warnings
 import zipfile
@@ -17,7 +16,7 @@ from amble.errors import InputError, printable, shown
 from amble.gait.record import Gait
 from amble.gait.recorded import FIELDS, HEADER, LARGEST, MOST_NAMES, RecordedDomain, RecordedMotion
 from amble.io.reader import opened, parse_json, parse_number, read_bytes
-from amble.io.table import read_table
+from amble.io.table import read_table, table_text
 from amble.io.worker import by_worker
 from amble.types import Json
 
@@ -114,10 +113,7 @@ def _by_library(read: Callable[[], Found], name: str, what: str) -> Found:
 def _write_csv(gait: Gait, text: str) -> bytes:
     names, feet = gait.robot.coordinate_names, gait.pattern.all_contacts.labels
     head = ["domain", "time", *_columns(names), *(f"torque {j}" for j in gait.robot.joint_names)]
-    stream = io.StringIO()
-    stream.write(f"# {HEADER} {text}\n")
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([*head, *(f"force {label}" for label in feet)])
+    rows: list[list[str]] = [[*head, *(f"force {label}" for label in feet)]]
     for domain in gait.domains:
         places = gait.pattern.contacts(gait.pattern.stance(domain.name)).columns
         for row in range(len(domain.times)):
@@ -126,8 +122,8 @@ def _write_csv(gait: Gait, text: str) -> bytes:
                 forces[place] = repr(float(value))
             numbers = [domain.times[row], *domain.positions[row], *domain.velocities[row], *domain.accelerations[row]]
             values = [repr(float(value)) for value in (*numbers, *domain.torques[row])]
-            writer.writerow([domain.name, *values, *forces])
-    return stream.getvalue().encode()
+            rows.append([domain.name, *values, *forces])
+    return f"# {HEADER} {text}\n{table_text(rows)}".encode()
 
 
 def _columns(names: Sequence[str]) -> list[str]:

@@ -1,9 +1,10 @@
-"""Tables of comma-separated values that others wrote: bounded before and while they are read."""
+"""Tables of comma-separated values: those that others wrote are bounded before and while they are read."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+import io
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from amble.errors import InputError, shown, shown_path
@@ -44,6 +45,13 @@ def read_table(path: str | Path, what: str) -> tuple[str, list[list[str]]]:
     except csv.Error as error:
         raise InputError(f"{name} is no table: {shown(str(error))}") from None
     return comment.removeprefix("# ").rstrip("\r"), rows
+
+
+def table_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as comma-separated values, a line each; None is an empty cell."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows(rows)
+    return stream.getvalue()
 
 
 def _lines(text: str, start: int) -> Iterator[str]:

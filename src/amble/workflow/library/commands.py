@@ -10,6 +10,7 @@ from pathlib import Path
 from amble.errors import InputError, shown, shown_path
 from amble.io.reader import parse_number, read_text
 from amble.io.storage import atomic_write
+from amble.io.table import table_text
 from amble.simulation.steering import MOST_COMMANDS, Steered
 
 TIME = "time"
@@ -62,10 +63,7 @@ def write_steered(found: Steered, path: str | Path) -> Path:
         found: the walk.
         path: the file.
     """
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
     asked, followed = ([f"{what}_{axis}" for axis in found.axes] for what in ("asked", "followed"))
-    writer.writerow([TIME, *asked, *followed, "irregular_contacts", *found.state_names])
-    for step in found.steps:
-        writer.writerow([step.time, *step.asked, *step.command, step.irregular, *map(float, step.state)])
-    return atomic_write(Path(path), stream.getvalue())
+    head = [TIME, *asked, *followed, "irregular_contacts", *found.state_names]
+    rows = [[step.time, *step.asked, *step.command, step.irregular, *map(float, step.state)] for step in found.steps]
+    return atomic_write(Path(path), table_text([head, *rows]))

@@ -13,8 +13,6 @@ run, the folder holds whole gaits, and the next run goes on with the rest.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -30,6 +28,7 @@ from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.io.reader import read_json, read_text
 from amble.io.storage import atomic_write, dumps
+from amble.io.table import table_text
 from amble.report import write_results
 from amble.stability.gait_certificate import certificate_to_dict
 from amble.types import Json
@@ -252,11 +251,7 @@ def write_tables(library: Library) -> tuple[Path, Path]:
 def _table(path: Path, entries: Iterable[LibraryEntry], reasons: bool) -> Path:
     rows = [_row(entry, reasons) for entry in entries]
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return atomic_write(path, stream.getvalue())
+    return atomic_write(path, table_text([columns, *([row.get(key) for key in columns] for row in rows)]))
 
 
 def _row(entry: LibraryEntry, reasons: bool) -> Json:
