@@ -10,6 +10,7 @@ import pkgutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 
 import benchmarks
 from benchmarks.figures import Figure, show
@@ -18,9 +19,15 @@ from benchmarks.report import write_report
 
 
 def names() -> list[str]:
-    """Return the names of all modules of this package that have a ``main``."""
+    """Return the names of all modules of this package that have a ``main`` without arguments."""
     found = [module.name for module in pkgutil.iter_modules(benchmarks.__path__) if not module.name.startswith("_")]
-    return [name for name in found if hasattr(importlib.import_module(f"benchmarks.{name}"), "main")]
+    return [name for name in found if _is_benchmark(importlib.import_module(f"benchmarks.{name}"))]
+
+
+def _is_benchmark(module: ModuleType) -> bool:
+    main = getattr(module, "main", None)
+    needed = inspect.signature(main).parameters.values() if main else ()
+    return main is not None and all(parameter.default is not parameter.empty for parameter in needed)
 
 
 QUICK = "--quick"

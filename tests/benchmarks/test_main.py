@@ -38,3 +38,10 @@ def test_an_interrupted_run_keeps_what_was_finished(monkeypatch: pytest.MonkeyPa
     tree = json.loads((tmp_path / "benchmarks.json").read_text())
     assert [figure["verdict"] for figure in tree["figures"]["one"]] == ["met", "MISSED", ""]
     assert "| one | slow | 3 | s | <= 2 | MISSED | 1 |" in (tmp_path / "benchmarks.md").read_text()
+
+
+def test_what_wants_arguments_is_no_benchmark() -> None:
+    """``fleet_row`` is a process of ``fleet``; a run of all called it without its arguments."""
+    known = runner.names()
+    assert "fleet" in known
+    assert not {"fleet_row", "fleet_style"} & set(known)
