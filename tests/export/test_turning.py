@@ -54,9 +54,12 @@ int main(void) {
 """
 
 
-def test_the_exported_c_follows_the_heading_by_itself(gait: Gait, tmp_path: Path) -> None:
+def test_the_exported_c_follows_the_heading_by_itself(
+    gait: Gait, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     """Fed with the world's states of 25 cycles, yaw within +-pi, it answers the trace's torques and forces."""
     exported = export_controller(gait, None, tmp_path / "controller")
+    assert "by the landing rule 'simultaneous' the feet of D1->D2, D2->D1 stop at one instant" in caplog.text
     (exported.folder / "harness.c").write_text(HARNESS)
     tool = compiler()
     assert tool is not None

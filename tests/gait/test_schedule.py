@@ -12,11 +12,13 @@ import pytest
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait import schedule as scheduling
+from amble.gait.files import load_gait
 from amble.gait.impedance import HOLD, Impedance, references
 from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.schedule import Schedule, impedance_schedule
 from amble.numerics.pieces import Pieces
 from amble.types import Matrix, Vector, frozen
+from tests.conftest import DATA
 
 SHARES = np.concatenate([np.random.default_rng(7).uniform(0.0, 1.04, 40), [0.0, 1.0]])
 
@@ -129,6 +131,14 @@ def test_what_cannot_be_interpolated_is_refused(gait: Gait, stabilised_gait: Gai
         impedance_schedule({(0.2,): gait, (0.3,): replace(gait, pattern=half)}, ("speed",))
     with pytest.raises(InputError, match="control law 'impedance'"):
         impedance_schedule({(0.2,): stabilised_gait, (0.3,): stabilised_gait}, ("speed",))
-    one_by_one = replace(gait, pattern=replace(gait.pattern, landing_rule="one by one"))
+    trot = replace(load_gait(DATA / "stabilised-trot-one-by-one.json"), control=Impedance())
     with pytest.raises(InputError, match="one by one"):
-        impedance_schedule({(0.2,): one_by_one, (0.3,): one_by_one}, ("speed",))
+        impedance_schedule({(0.2,): trot, (0.3,): trot}, ("speed",))
+
+
+def test_a_landing_rule_is_no_matter_where_single_feet_land(gait: Gait) -> None:
+    """Gaits of before and after the default changed are steered together."""
+    other = replace(gait, pattern=replace(gait.pattern, landing_rule="one by one"))
+    assert gait.pattern != other.pattern
+    found = impedance_schedule({(0.2,): gait, (0.3,): other}, ("speed",))
+    np.testing.assert_array_equal(found.tables[0], found.tables[1])

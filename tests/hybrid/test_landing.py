@@ -67,7 +67,7 @@ def test_where_one_foot_lands_or_all_at_once_nothing_is_added(pattern: GaitPatte
 
 
 def test_an_unknown_rule_is_refused() -> None:
-    with pytest.raises(UnknownNameError, match="unknown landing rule 'any'; known: simultaneous, one by one"):
+    with pytest.raises(UnknownNameError, match="unknown landing rule 'any'; known: one by one, simultaneous"):
         replace(trot(ROBOT), landing_rule="any")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 
 import casadi as ca
@@ -10,7 +11,8 @@ import numpy as np
 import pytest
 
 from amble.export.stances import exported_stances
-from amble.hybrid import ONE_BY_ONE, GaitPattern, gait_pattern
+from amble.hybrid import FLAT, ONE_BY_ONE, POINT, SIMULTANEOUS, GaitPattern, gait_pattern
+from amble.hybrid.gaits import GAITS
 from amble.robot import catalogue, kinematics
 from amble.robot.natural_units import velocity_unit
 from amble.synthesis import gait_problem
@@ -71,7 +73,8 @@ def test_stances_without_a_mirror_have_laws_of_their_own() -> None:
 @pytest.mark.parametrize("gait", ["trot", "amble"])
 def test_a_foot_that_a_landing_releases_goes_up_where_all_land_at_once(gait: str) -> None:
     """The row of every released foot is its velocity along the vertical, behind the impact."""
-    problem = gait_problem(catalogue.astro(), gait, speed=0.1, intervals=2)
+    pattern = replace(GAITS[gait](catalogue.astro(), FLAT, POINT), landing_rule=SIMULTANEOUS)
+    problem = gait_problem(pattern.robot, pattern, speed=0.1, intervals=2)
     robot, switch = problem.pattern.robot, problem.pattern.switches[0]
     q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
     found = release_rows(problem, switch, q, v, "behind the impact")

@@ -321,9 +321,9 @@ def test_the_landing_rule_is_a_key_of_the_gait(tmp_path: Path, gait: str) -> Non
         path.write_text(SMALLEST.replace('name = "amble"', gait + text), encoding="utf-8")
         return problem_of(read_specification(path)).pattern.landing_rule
 
-    assert rule("") == "simultaneous"
-    assert rule('\nlanding_rule = "one by one"') == "one by one"
-    with pytest.raises(UnknownNameError, match="unknown landing rule 'any'; known: simultaneous, one by one"):
+    assert rule("") == "one by one"
+    assert rule('\nlanding_rule = "simultaneous"') == "simultaneous"
+    with pytest.raises(UnknownNameError, match="unknown landing rule 'any'; known: one by one, simultaneous"):
         rule('\nlanding_rule = "any"')
 
 

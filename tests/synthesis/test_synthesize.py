@@ -15,7 +15,7 @@ from amble.control import DropActuator, joint_outputs
 from amble.errors import InputError, NotSolvedError, UnknownNameError
 from amble.gait import Gait, SolverReport
 from amble.gait.files import load_gait, save_gait
-from amble.hybrid import Plane, gait_pattern
+from amble.hybrid import SIMULTANEOUS, Plane, gait_pattern
 from amble.progress import ProgressReport
 from amble.robot import Adaptation, Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
@@ -271,7 +271,9 @@ def test_a_gait_without_a_mirror_needs_no_more_torque_than_with_one(
     monkeypatch.setenv("AMBLE_COMPILER", "none")  # compiling its blocks takes longer than solving
     gaits = []
     for mirrored in (False, True):
-        pattern = gait_pattern(small_problem.pattern.robot, (("fr", "rl"), ("fl", "rr")), mirrored, "trot")
+        pattern = gait_pattern(
+            small_problem.pattern.robot, (("fr", "rl"), ("fl", "rr")), mirrored, "trot", landing_rule=SIMULTANEOUS
+        )
         limits = replace(small_problem.limits, durations={stance.name: (0.1, 0.3) for stance in pattern.solved})
         outputs = joint_outputs(pattern)
         trot = replace(small_problem, pattern=pattern, outputs=outputs, limits=limits, intervals=3)

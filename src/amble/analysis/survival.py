@@ -16,7 +16,7 @@ from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.unilateral_loop import unilateral_loop
 from amble.gait.unilateral_state import unilateral_start
-from amble.hybrid import SIMULTANEOUS, HybridSystem
+from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
 from amble.robot.natural_units import natural_units
 from amble.simulation import Trace, simulate
@@ -41,8 +41,7 @@ def survived_cycles(
 
     A state is changed by ``size`` of its unit: lengths by the leg length l, times by sqrt(l / g). Contacts are
     unilateral (``unilateral_loop``): feet that pull are released, and a walk ends where a foot leaves its friction
-    cone. Where feet land one by one, or the gait turns, it ends with the first cycle in which a foot pulls or leaves
-    its cone.
+    cone. Where the gait turns, it ends with the first cycle in which a foot pulls or leaves its cone.
 
     Args:
         gait: the gait.
@@ -63,7 +62,7 @@ def survived_cycles(
         raise InputError("sizes of changes are finite and not negative")
     notify, state, bounds = progress or silent, start_state(gait), ContactBounds.of_gait(gait)
     bounds = bounds if friction is None else replace(bounds, friction=friction)
-    unilateral = gait.pattern.landing_rule == SIMULTANEOUS and not gait.turn
+    unilateral = not gait.turn
     system = unilateral_loop(gait, errors=PlantErrors(friction=bounds.friction)) if unilateral else closed_loop(gait)
     units = natural_units(gait.robot, gait.robot.leg_length)
     found: dict[float, tuple[int, ...]] = {}

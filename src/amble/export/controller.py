@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from amble.codegen.cache import content_key
 from amble.control import AllocationLaw
-from amble.errors import InputError
+from amble.errors import InputError, listed
 from amble.export.code import Code, build_rules, c_code, filled, template
 from amble.export.impedance import LONGEST, impedance_files, impedance_texts
 from amble.export.law import LATEST, StanceLaw, stance_laws, tables
@@ -19,8 +20,11 @@ from amble.gait import Gait
 from amble.gait.impedance import Impedance
 from amble.gait.linearising_law import control_of
 from amble.gait.schedule import Schedule
+from amble.hybrid import ONE_BY_ONE
 from amble.io.storage import check_replaceable, replacing_folder
 from amble.version import __version__
+
+logger = logging.getLogger("amble")
 
 PIVOT_SHARE = 1e-3
 """Rank counts as lost where the smallest pivot falls below this share of the smallest one along the gait."""
@@ -125,8 +129,14 @@ def export_state_controller(gait: Gait, law: AllocationLaw | None, folder: str |
 
 
 def _require(gait: Gait, folder: str | Path) -> None:
-    """Refuse what cannot be exported or written, before the work."""
+    """Refuse what cannot be exported or written, before the work; say where C is not what the simulation is."""
     check_replaceable(folder, _is_exported)
+    if together := [step.name for step in gait.pattern.steps if len(step.landing) > 1]:
+        logger.warning(
+            "by the landing rule '%s' the feet of %s stop at one instant in simulation and certificate; the exported "
+            "code awaits the last of them: '%s' is followed by all",
+            *(gait.pattern.landing_rule, listed(together), ONE_BY_ONE),
+        )
     for stance in gait.pattern.stances:
         if not stance.feet:
             raise InputError(f"stance '{stance.name}' has no foot on the ground; such gaits cannot be exported yet")

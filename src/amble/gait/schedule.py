@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +20,6 @@ from amble.gait.control_law import Numbers, TorqueLaw
 from amble.gait.impedance import GROUP, HOLD, Impedance
 from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.record import Gait
-from amble.hybrid import SIMULTANEOUS
 from amble.numerics.pieces import FAR, ORDER, SAMPLES, Pieces, padded, piece
 from amble.types import NodeValues, Vector, frozen
 
@@ -179,12 +178,12 @@ def _check(
         raise InputError(f"{len(missing)} of {len(grid)} gaits of the grid are not there, the first at {where}")
     first = gaits[grid[0]]
     for gait in gaits.values():
-        if gait.pattern != first.pattern:
+        if replace(gait.pattern, landing_rule=first.pattern.landing_rule) != first.pattern:
             raise InputError(
                 "the gaits differ in robot, stances or ground; between such there is no interpolation"
                 + (" (turning gaits have no mirror)" if gait.pattern.mirrored != first.pattern.mirrored else "")
             )
-    if first.pattern.landing_rule != SIMULTANEOUS:
+    if any(gait.pattern.steps != gait.pattern.all_switches for gait in gaits.values()):
         raise InputError("between gaits whose feet land one by one there is no interpolation yet")
 
 

@@ -2,12 +2,14 @@
 
 Beside coordinates and rates the state holds the controller's clock, which of the feet are in contact, and a push on the
 base with its time. The controller is that of ``closed_loop``: it switches where its own guards fire, and knows
-nothing of a foot that was released or touched out of its turn (docs/theory/hybrid-model.md, section 11). A stance ends
-where all feet that land next are on the ground, as in the exported code.
+nothing of a foot that was released or touched out of its turn (docs/theory/hybrid-model.md, section 11). Where feet
+land one by one every landing leads to a stance of its own; under the rule "simultaneous" a stance ends where all feet
+that land next are on the ground. The exported code does the same.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -19,7 +21,6 @@ from amble.control.stance_functions import ARGUMENTS
 from amble.errors import InputError
 from amble.gait.closed_loop import closed_loop
 from amble.gait.control_law import ControlLaw
-from amble.gait.landing_stances import landing_steps
 from amble.gait.plant_errors import EXACT, PlantErrors
 from amble.gait.record import Gait
 from amble.gait.unilateral_state import UnilateralState, state_names
@@ -61,10 +62,8 @@ def unilateral_loop(
         errors: what the plant differs in from the gait's model; the controller's laws know nothing of it.
 
     Raises:
-        InputError: feet of the gait land one by one, or it turns; another allocation law for a feedback law that does
-            not allocate.
+        InputError: the gait turns, or another allocation law for a feedback law that does not allocate.
     """
-    _require_followed(gait)
     return on_unilateral_ground(gait, closed_loop(gait, law, control=control), errors)
 
 
@@ -77,16 +76,17 @@ def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors =
         errors: what the plant differs in from the model.
     """
     pattern = gait.pattern
-    _require_followed(gait)
+    if gait.turn:
+        raise InputError("a gait that turns has no unilateral simulation yet; one that goes straight has")
     contacts = pattern.all_contacts
     parts = _parts(contacts)
     domains, transitions = list[Domain](), list[Transition]()
-    for switch in pattern.all_switches:
+    for stance in pattern.visited:
         loop = _StanceLoop(
             contacts=contacts,
-            planned=system.domain(switch.source.name),
-            switch=switch,
-            following=system.domain(switch.target.name),
+            planned=system.domain(stance.name),
+            between=stance not in pattern.stances,
+            exits=[(step, system.domain(step.target.name)) for step in pattern.steps if step.source == stance],
             parts=parts,
             lift_off=gait.limits.normal_force,
             errors=errors,
@@ -96,21 +96,14 @@ def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors =
     return HybridSystem(domains, transitions, (), state_names(gait, system.state_names))
 
 
-def _require_followed(gait: Gait) -> None:
-    if gait.turn:
-        raise InputError("a gait that turns has no unilateral simulation yet; one that goes straight has")
-    if any(len(landing_steps(gait, switch)) > 1 for switch in gait.pattern.all_switches):
-        raise InputError("feet that land one by one have no unilateral simulation yet; the rule 'simultaneous' has")
-
-
 @dataclass(frozen=True, kw_only=True)
 class _StanceLoop:
-    """One stance of the unilateral loop."""
+    """One stance of the unilateral loop, with the switches that leave it; ``between`` two landings, or of the gait."""
 
     contacts: Contacts
     planned: Domain
-    switch: Switch
-    following: Domain
+    between: bool
+    exits: Sequence[tuple[Switch, Domain]]
     parts: dict[str, ca.Function]
     lift_off: float
     errors: PlantErrors
@@ -144,28 +137,32 @@ class _StanceLoop:
         return (whole, *changed)
 
     def transitions(self) -> tuple[Transition, ...]:
-        """Out of each of the three domains: the planned switch, a release, a touch."""
-        guard, reset = self._planned()
+        """Out of each of the three domains: the planned switches, a release, a touch."""
+        switches = [(switch, *self._planned(switch, following)) for switch, following in self.exits]
         release, released = self._release()
         touch, touched = self._touch()
         name, found = self.planned.name, list[Transition]()
         for source in (name, f"{name} {RELEASED}", f"{name} {TOUCHED}"):
-            target = self.switch.target.name
+            for switch, guard, reset in switches:
+                target, entry = switch.target.name, self.between or not switch.landing
+                found.append(Transition(source=source, target=target, guard=guard, reset=reset, at_entry=entry))
             found += [
-                Transition(source=source, target=target, guard=guard, reset=reset, at_entry=not self.switch.landing),
                 Transition(source=source, target=f"{name} {RELEASED}", guard=release, reset=released, at_entry=True),
                 Transition(source=source, target=f"{name} {TOUCHED}", guard=touch, reset=touched),
             ]
-            if self.switch.landing:
-                found.append(
-                    Transition(source=source, target=target, guard=self._arrived(), reset=reset, at_entry=True)
+            found += [
+                Transition(
+                    source=source, target=switch.target.name, guard=self._arrived(switch), reset=reset, at_entry=True
                 )
+                for switch, _, reset in switches
+                if switch.landing
+            ]
         return tuple(found)
 
-    def _planned(self) -> tuple[ca.Function, ca.Function]:
+    def _planned(self, switch: Switch, following: Domain) -> tuple[ca.Function, ca.Function]:
         """The switch of the gait: its guard, and the impact on the feet that land, with those that stay."""
         t, state, p, now = self._symbols()
-        feet, switch, length = self.contacts.feet, self.switch, self.contacts.robot.leg_length
+        feet, length = self.contacts.feet, self.contacts.robot.leg_length
         stays = ca.DM([float(foot not in switch.lifting) for foot in feet]) * now.active
         if switch.landing:
             lands = ca.DM([float(foot in switch.landing) for foot in feet])
@@ -179,15 +176,14 @@ class _StanceLoop:
             crossing = sum(normal[k] for k in places) / len(places) - self.lift_off
             after, active = now.x, stays
         entered = replace(now, x=after, clock=ca.MX(-self.errors.lateness), active=active)
-        return self._pair(t, state, p, crossing, self._with_late_torques(entered, self._torque(now, p)))
+        return self._pair(t, state, p, crossing, self._with_late_torques(entered, self._torque(now, p), following))
 
-    def _with_late_torques(self, entered: UnilateralState, before: ca.MX) -> UnilateralState:
+    def _with_late_torques(self, entered: UnilateralState, before: ca.MX, following: Domain) -> UnilateralState:
         """Let the torques of the last stance go on for a while, to first order: as a jump of the rates."""
         if not self.errors.late:
             return entered
-        following = self.following
-        own = following.parameters
-        after = _signals(following, replace(entered, clock=ca.MX(0.0)), ca.MX(ca.DM(own)))["torque"]
+        own = ca.MX(ca.DM(following.parameters))
+        after = _signals(following, replace(entered, clock=ca.MX(0.0)), own)["torque"]
         size = self.contacts.robot.size
         moved = [
             self.parts["motion"](entered.x, u, entered.active, entered.push, self.extra)[0][size:]
@@ -196,10 +192,10 @@ class _StanceLoop:
         jump = ca.vertcat(ca.MX.zeros(size), self.errors.late * (moved[0] - moved[1]))
         return replace(entered, x=entered.x + jump)
 
-    def _arrived(self) -> ca.Function:
+    def _arrived(self, switch: Switch) -> ca.Function:
         """A guard that is past zero where all feet that land next are in contact already; a gap would also be below."""
         t, state, p, now = self._symbols()
-        missing = [1.0 - now.active[self.contacts.feet.index(foot)] for foot in self.switch.landing]
+        missing = [1.0 - now.active[self.contacts.feet.index(foot)] for foot in switch.landing]
         return self._function("arrived", (t, state, p), sum(missing, ca.MX(-0.5)), "guard")
 
     def _release(self) -> tuple[ca.Function, ca.Function]:

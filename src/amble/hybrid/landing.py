@@ -11,9 +11,10 @@ from amble.names import check_name
 
 SIMULTANEOUS, ONE_BY_ONE = "simultaneous", "one by one"
 
-LANDING_RULES = (SIMULTANEOUS, ONE_BY_ONE)
-"""Simultaneous: the touchdown of the first landing foot of a switch, in the robot's order of feet, stops all of them.
-One by one: every foot is stopped when it reaches the ground; the first to land releases the feet that lift."""
+LANDING_RULES = (ONE_BY_ONE, SIMULTANEOUS)
+"""One by one: every foot is stopped when it reaches the ground; the first to land releases the feet that lift.
+Simultaneous, an idealisation for planning: the touchdown of the first landing foot of a switch, in the robot's order of
+feet, stops all of them. Where a single foot lands the rules are the same."""
 
 
 @dataclass(frozen=True)

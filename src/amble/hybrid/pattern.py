@@ -9,7 +9,7 @@ from amble.errors import InputError, UnknownNameError
 from amble.hybrid.contact import POINT, Contact
 from amble.hybrid.contacts import Contacts
 from amble.hybrid.ground import FLAT, Ground
-from amble.hybrid.landing import SIMULTANEOUS, Stance, Switch, check_rule, steps
+from amble.hybrid.landing import ONE_BY_ONE, Stance, Switch, check_rule, steps
 from amble.names import check_distinct, check_name
 from amble.robot import Robot
 
@@ -35,7 +35,7 @@ class GaitPattern:
     name: str = "gait"
     ground: Ground = FLAT
     contact: Contact = POINT
-    landing_rule: str = SIMULTANEOUS
+    landing_rule: str = ONE_BY_ONE
 
     def __post_init__(self) -> None:
         """Check names, that every switch changes the stance and that the mirror holds where it is claimed."""
@@ -118,7 +118,7 @@ def gait_pattern(
     name: str = "gait",
     ground: Ground = FLAT,
     contact: Contact = POINT,
-    landing_rule: str = SIMULTANEOUS,
+    landing_rule: str = ONE_BY_ONE,
 ) -> GaitPattern:
     """Build a pattern from a table of stance feet, one row a domain; domains are called D1, D2, ...
 

@@ -10,7 +10,7 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import content_hash, to_dict
 from amble.gait.limits import sensible_rows
-from amble.hybrid import SIMULTANEOUS, HybridSystem
+from amble.hybrid import HybridSystem
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
 from amble.robot.natural_units import velocity_unit
@@ -104,8 +104,7 @@ def does_not_say(gait: Gait) -> tuple[str, ...]:
     """Return what a reader may not take from a certificate of the gait."""
     torques = gait.limits.torques.values()
     range_of = f"{min(torques):g} to {max(torques):g} N m" if torques else "none"
-    at_once = gait.pattern.landing_rule == SIMULTANEOUS
-    together = [switch.name for switch in gait.pattern.all_switches if at_once and len(switch.landing) > 1]
+    together = [step.name for step in gait.pattern.steps if len(step.landing) > 1]
     orders = f"the feet of one switch landing at different times ({', '.join(together)}); exported code awaits the last"
     return (
         f"torque limits ({range_of}) or limits of speeds and positions, which `amble check` and `amble simulate` see",

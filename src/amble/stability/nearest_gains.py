@@ -20,7 +20,8 @@ def nearest_gains(search: GainSearch, start: Closed, target: float, progress: Pr
     """Return the closed loop under the nearest gains whose spectral radius is at most a target, and why it is these.
 
     The price of a change falls from descent to descent, each of which begins where the one before ended, until the
-    radius is reached. Where it is not, the closed loop of the smallest radius is returned.
+    radius is reached, in all orders of landing by one quadratic function. Where it is not, the closed loop of the
+    smallest radius is returned.
 
     Args:
         search: over the gains.
@@ -28,7 +29,7 @@ def nearest_gains(search: GainSearch, start: Closed, target: float, progress: Pr
         target: spectral radius of a gait cycle.
         progress: called with every price and after every evaluation.
     """
-    if start.radius <= target:
+    if start.contracts(target):
         return start, f"a spectral radius of {target:g} is enough"
     best, theta, refused = start, start.theta, list[str]()
     for number, price in enumerate(PRICES):
@@ -41,10 +42,11 @@ def nearest_gains(search: GainSearch, start: Closed, target: float, progress: Pr
         except (WorkError, InputError) as error:  # no return map, no orbit near, or another orbit
             refused.append(str(error))
             continue
-        if there.bound < best.bound and there.radius < best.radius:
+        if there.bound < best.bound and (there.radius < best.radius or there.contracts(target)):
             best = there
-        if best.radius <= target:
+        if best.contracts(target):
             break
     reached = f"gains nearest to those of the start with a spectral radius of at most {target:g}"
-    reason = reached if best.radius <= target else f"no gains were found with a spectral radius of {target:g}"
+    orders = " and one quadratic function for all orders of landing" if best.radius <= target else ""
+    reason = reached if best.contracts(target) else f"no gains were found with a spectral radius of {target:g}{orders}"
     return best, "; ".join([reason, *(f"refused: {why}" for why in refused)])

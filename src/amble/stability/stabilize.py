@@ -145,10 +145,10 @@ def stabilization(
         return _result(search, there, steps, [reason], freed, began)
     while True:
         search, here = _descended(search, here, steps, reasons, began, notify, descents)
-        if descents is NEAR and here.radius > TARGET:
+        if descents is NEAR and not here.contracts(TARGET):
             descents = WHOLE
             continue
-        if free is not None or here.radius <= TARGET:
+        if free is not None or here.contracts(TARGET):
             break
         more = _steepest(search, here, freed)
         if not more:
@@ -212,7 +212,7 @@ def _descended(
         if gain < SMALLEST_GAIN:
             reason = f"the last descent gained less than {SMALLEST_GAIN:.0%}"
             break
-        if here.radius <= descents.enough:
+        if here.contracts(descents.enough):
             reason = f"a spectral radius of {descents.enough:g} is enough"
             break
         search = search.around(here)

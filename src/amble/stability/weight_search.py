@@ -151,6 +151,10 @@ class Closed:
     bound: float
     drift: float
 
+    def contracts(self, radius: float) -> bool:
+        """Whether the spectral radius is at most one that is asked for, and one W serves all orders of landing."""
+        return self.radius <= radius and (len(self.passages) == 1 or self.bound < 1.0)
+
 
 @dataclass(frozen=True)
 class WeightSearch:

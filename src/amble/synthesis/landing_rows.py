@@ -11,8 +11,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from amble.control.landing import landing_motion, stopping
-from amble.hybrid import Contacts, Stance, Switch
+from amble.control.landing import landing_motion
+from amble.hybrid import Contacts, Stance, Switch, impact
 from amble.hybrid.constrained_dynamics import selection
 from amble.hybrid.ground import into_frame
 from amble.io.quantities import load_units
@@ -236,15 +236,10 @@ def _between(contacts: Contacts, late: list[str], q: Vector, v: Vector, u: Vecto
     size = contacts.robot.size
     at, rate, torque = ca.SX.sym("q", size), ca.SX.sym("v", size), ca.SX.sym("u", u.size)
     motion = landing_motion(contacts, late, at, rate, torque)
-    function = ca.Function("between", [at, rate, torque], [motion.forces, motion.acceleration], {"cse": True})
-    after = np.asarray(stopping(contacts)(np.concatenate([q, v]))).ravel()[size:]
-    momenta = ca.Function(
-        "momenta", [at], [dynamics.mass_matrix(contacts.robot, at), contacts.jacobian(at)], {"cse": True}
-    )
-    mass, J = (np.asarray(part) for part in momenta(q))
-    impulse = np.linalg.lstsq(J.T, mass @ (after - v), rcond=None)[0]
-    forces, acceleration = (np.asarray(part).ravel() for part in function(q, after, u))
-    return after, impulse, forces, acceleration
+    stopped = ca.Function("stopped", [at, rate], impact(contacts, at, rate), {"cse": True})
+    moved = ca.Function("moved", [at, rate, torque], [motion.forces, motion.acceleration], {"cse": True})
+    after, impulse = stopped(q, v)
+    return tuple(np.asarray(part).ravel() for part in (after, impulse, *moved(q, after, u)))
 
 
 def _late(switch: Switch, stance: Stance) -> list[str]:

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from amble.errors import InputError, shown
 from amble.gait.constraints import REFERENCE_ORDER
-from amble.hybrid import SIMULTANEOUS
+from amble.hybrid import ONE_BY_ONE
 from amble.io.quantities import parse_quantity
 from amble.io.reader import read_toml
 from amble.synthesis.specification_faults import in_one_sentence, lacking
@@ -124,7 +124,7 @@ class GaitSection(Section):
     stances: list[list[str]] | None = None
     footfalls: dict[str, FootfallSection] | None = None
     mirrored: bool = False
-    landing_rule: str = SIMULTANEOUS
+    landing_rule: str = ONE_BY_ONE
     lateral_speed: Speed = 0.0
     yaw_rate: AngularSpeed = 0.0
 

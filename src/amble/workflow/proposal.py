@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from amble.control.outputs import DomainOutputs
 from amble.gait.limits import Interval, Limits
-from amble.hybrid import ONE_BY_ONE, Plane
+from amble.hybrid import SIMULTANEOUS, Plane
 from amble.robot import Robot, catalogue
 from amble.robot.loading import proposed_twins
 from amble.robot.srdf import srdf_posture
@@ -112,7 +112,7 @@ def written(specification: Specification, problem: GaitProblem, folder: str | Pa
         f"speed = {problem.speed!r}  # mean forward velocity, m/s; negative backwards",
         f"lateral_speed = {problem.lateral_speed!r}  # to the left, m/s",
         f"yaw_rate = {problem.yaw_rate!r}  # of the heading, rad/s",
-        f'landing_rule = {_text(problem.pattern.landing_rule)}  # of several feet at one switch; or "{ONE_BY_ONE}"',
+        f'landing_rule = {_text(problem.pattern.landing_rule)}  # of several feet; "{SIMULTANEOUS}" is an idealisation',
         "",
         "[ground]",
         f"friction = {friction!r}",
