@@ -10,7 +10,7 @@ import pytest
 from amble.synthesis import program as program_module
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
-from amble.synthesis.solve import SOLVERS, Start, ipopt, ipopt_mumps
+from amble.synthesis.solve import SOLVERS, Start, ipopt, ipopt_mumps, ipopt_structured
 
 
 def _start(program: GaitProgram) -> Start:
@@ -60,6 +60,9 @@ def test_a_refusal_on_the_way_begins_again_with_mumps(
     twice = [*blocks, replace(blocks[-1], name="again")]
     monkeypatch.setattr(program_module, "_blocks", lambda *_: twice)
     program = build_program(problem)
+    alone = ipopt_structured(program, _start(small_program), most_iterations=3)
+    assert alone.refused == "IPOPT regularises the equality rows"
+    assert not alone.solved
     found = ipopt(program, _start(small_program), most_iterations=3)
     assert (found.report.linear_solver or "").startswith("MUMPS (")
     np.testing.assert_array_equal(found.variables, ipopt_mumps(program, _start(program), most_iterations=3).variables)

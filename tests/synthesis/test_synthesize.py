@@ -16,7 +16,7 @@ from amble.errors import InputError, NotSolvedError, UnknownNameError
 from amble.gait import Gait, SolverReport
 from amble.gait.files import load_gait, save_gait
 from amble.hybrid import SIMULTANEOUS, Plane, gait_pattern
-from amble.progress import ProgressReport
+from amble.progress import Progress, ProgressReport
 from amble.robot import Adaptation, Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
 from amble.synthesis import GaitProblem, gait_problem, synthesize
@@ -24,7 +24,7 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.layout import build_layout
 from amble.synthesis.program import GaitProgram, build_program, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import SOLVERS, Solution, Start, ipopt
+from amble.synthesis.solve import SOLVERS, Solution, Solver, Start, ipopt, ipopt_structured
 from amble.synthesis.synthesize import GaitNotSolvedError, regular_outputs, require_possible
 from amble.verification.check import check
 from tests import quadruped
@@ -232,6 +232,28 @@ def test_what_is_not_solved_is_tried_from_a_coarser_mesh(
             synthesize(problem, solver="giving up")
         assert tried == [8, 4]
         assert (caught.value.last.domains[0].times.size - 1) // 2 == 8
+
+
+def test_a_refused_system_is_left_to_half_the_intervals_before_mumps(
+    small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The structured solver refuses on both meshes; the whole mesh alone comes to the solver that has MUMPS."""
+    tried: list[tuple[str, int, int]] = []
+
+    def solver(name: str, refused: str) -> Solver:
+        def solve(program: GaitProgram, start: Start, tolerance: float, most: int, _: Progress | None) -> Solution:
+            tried.append((name, program.problem.intervals, most))
+            return replace(ipopt_structured(program, start, tolerance, 1, None), refused=refused)
+
+        return solve
+
+    module, whole = sys.modules["amble.synthesis.synthesize"], solver("whole", "")
+    monkeypatch.setattr(module, "ipopt_structured", solver("structured", "IPOPT regularises the equality rows"))
+    monkeypatch.setattr(module, "ipopt", whole)
+    monkeypatch.setitem(SOLVERS._entries, "ipopt", whole)
+    with pytest.raises(GaitNotSolvedError):
+        synthesize(replace(small_problem, intervals=8))
+    assert tried == [("structured", 8, 250), ("structured", 4, 166), ("whole", 8, 166)]
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, Structure, build_program, on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Solution, Start
+from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Solution, Solver, Start, ipopt, ipopt_structured
 from amble.synthesis.solve_near import solve_near
 from amble.types import Vector
 
@@ -105,6 +105,8 @@ class GaitNotSolvedError(NotSolvedError):
 
     Attributes:
         last: the last iterate, as a gait that violates the rows of the error.
+        iterations: how many it took.
+        refused: why the structured solver refused a KKT system; empty where it did not.
     """
 
     def __init__(self, solution: Solution, last: Gait) -> None:
@@ -112,6 +114,7 @@ class GaitNotSolvedError(NotSolvedError):
         status += f"; {moved} start values lay outside their bounds and were moved onto them" if moved else ""
         super().__init__(status, solution.rows)
         self.last = last
+        self.iterations, self.refused = solution.report.iterations, solution.refused
 
 
 def synthesize(
@@ -131,7 +134,8 @@ def synthesize(
             a walk that kinematics alone draws.
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up after so many. With multipliers the first 40 are a try with them, the rest one without.
-            Without a start what is not solved after 250 is tried by way of half the intervals with the rest.
+            Without a start what is not solved after 250 is tried by way of half the intervals with the rest; where the
+            structured solver refused a system, by MUMPS last.
         progress: called after every iteration.
         solver: name of a registered solver.
 
@@ -146,22 +150,9 @@ def synthesize(
     run = SOLVERS[solver]
     check_amount("iterations", most_iterations, 1, MOST_ITERATIONS)
     require_possible(problem)
-    program = build_program(problem)
-    layout = program.layout
-    natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
-    require_independent_rows(program, natural)
-    multipliers = None if start is None else fitting(start.multipliers, program)
-    begin = Start(natural / layout.scale, multipliers)
-    near = None if multipliers is None else begin
-    coarser = start is None and problem.intervals >= COARSER and most_iterations > FIRST_TRY
-    tries = FIRST_TRY if coarser else most_iterations
-    solution = solve_near(run, program, near, lambda: begin, tolerance, tries, progress)
-    gait = to_gait(problem, layout, solution)
-    if not solution.solved:
-        unsolved = GaitNotSolvedError(solution, gait)
-        if not coarser:
-            raise unsolved
-        gait = _by_coarser_mesh(problem, unsolved, tolerance, most_iterations - tries, progress, solver)
+    by_half = start is None and problem.intervals >= COARSER and most_iterations > FIRST_TRY
+    how = (tolerance, most_iterations, progress)
+    gait = _by_several_ways(problem, run, *how) if by_half else _solved(problem, start, run, *how)
     better = regular_outputs(problem, gait)
     if better is problem.outputs:
         return gait
@@ -169,26 +160,54 @@ def synthesize(
     return synthesize(again, replace(gait, multipliers=None), tolerance, most_iterations, progress, solver=solver)
 
 
-def _by_coarser_mesh(
+def _solved(
     problem: GaitProblem,
-    unsolved: GaitNotSolvedError,
+    start: Gait | None,
+    run: Solver,
     tolerance: float,
     most_iterations: int,
     progress: Progress | None,
-    solver: str,
 ) -> Gait:
-    """Solve on half the intervals and go on from there: another way through the same problem, and a cheap one.
+    """Solve once, from a gait or the kinematic walk; errors as ``synthesize``."""
+    program = build_program(problem)
+    layout = program.layout
+    natural = initial_guess(problem, layout) if start is None else from_gait(problem, start, layout)
+    require_independent_rows(program, natural)
+    multipliers = None if start is None else fitting(start.multipliers, program)
+    begin = Start(natural / layout.scale, multipliers)
+    near = None if multipliers is None else begin
+    solution = solve_near(run, program, near, lambda: begin, tolerance, most_iterations, progress)
+    gait = to_gait(problem, layout, solution)
+    if not solution.solved:
+        raise GaitNotSolvedError(solution, gait)
+    return gait
+
+
+def _by_several_ways(
+    problem: GaitProblem, run: Solver, tolerance: float, most_iterations: int, progress: Progress | None
+) -> Gait:
+    """Solve on the whole mesh; else by way of half the intervals, another way through the same problem and a cheap one.
+
+    Where the structured solver refused a system MUMPS comes last: a system takes it many times as long, and HyQ's trot
+    with feet that land one by one, refused on 15 intervals, is solved on 8.
 
     Raises:
-        GaitNotSolvedError: that of the problem itself, where this does not help.
+        GaitNotSolvedError: no way helps; the error is that of the whole mesh.
     """
-    half, share = replace(problem, intervals=(problem.intervals + 1) // 2), max(most_iterations // 2, 1)
+    quick = ipopt_structured if run is ipopt else run
     try:
-        coarse = synthesize(half, None, tolerance, share, progress, solver=solver)
-        start = replace(coarse, multipliers=None)
-        found = synthesize(replace(problem, outputs=coarse.outputs), start, tolerance, share, progress, solver=solver)
+        return _solved(problem, None, quick, tolerance, FIRST_TRY, progress)
+    except GaitNotSolvedError as error:
+        unsolved = error
+    share = max((most_iterations - unsolved.iterations) // (3 if unsolved.refused else 2), 1)
+    half = replace(problem, intervals=(problem.intervals + 1) // 2)
+    try:
+        coarse = _solved(half, None, quick, tolerance, share, progress)
+        found = _solved(problem, replace(coarse, multipliers=None), quick, tolerance, share, progress)
     except NotSolvedError:
-        raise unsolved from None
+        if not unsolved.refused:
+            raise unsolved from None
+        return _solved(problem, None, run, tolerance, share, progress)
     logger.warning(
         "not solved on %d intervals from the kinematic walk (%s), but from the gait of %d intervals",
         problem.intervals,
