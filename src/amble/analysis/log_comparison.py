@@ -24,8 +24,8 @@ SLOWEST, FASTEST, PACES, SHIFTS = 0.7, 1.4, 57, 60
 
 FEWEST = 10
 
-ENOUGH = 2000
-"""Samples on which pace and phase are searched for, before all of them are used."""
+ENOUGH, REFINED = 2000, 40_000
+"""Samples on which pace and phase are searched for, and on which they are refined; errors are those of all of them."""
 
 LARGEST = 1e9
 """Number of a log: s, rad, N m."""
@@ -95,6 +95,9 @@ def read_log(path: str | Path, gait: Gait) -> Log:
         if row:
             values.append(_numbers(name, row, places, number))
     table = np.array(values).reshape(len(values), len(wanted))
+    large = np.flatnonzero(~np.all(np.abs(table) <= LARGEST, axis=1))
+    if large.size:
+        raise InputError(f"{name}, sample {large[0] + 1} holds a number that is not finite or above {LARGEST:g}")
     if len(table) < FEWEST or not np.all(np.diff(table[:, 0]) > 0.0):
         raise InputError(f"{name} needs {FEWEST} samples or more, their times ascending; it has {len(table)}")
     angles, rest = table[:, 1 : 1 + len(joints)], table[:, 1 + len(joints) :]
@@ -103,12 +106,9 @@ def read_log(path: str | Path, gait: Gait) -> Log:
 
 def _numbers(name: str, row: list[str], places: list[int], line: int) -> list[float]:
     try:
-        found = [parse_number(row[place].strip()) for place in places]
+        return [parse_number(row[place].strip()) for place in places]
     except (IndexError, ValueError) as error:
         raise InputError(f"{name}, line {line}: {error}") from None
-    if not np.all(np.abs(found) <= LARGEST):
-        raise InputError(f"{name}, line {line} holds a number that is not finite or above {LARGEST:g}")
-    return found
 
 
 def compare_log(gait: Gait, log: Log) -> LogComparison:
@@ -141,7 +141,8 @@ def compare_log(gait: Gait, log: Log) -> LogComparison:
     tried = [(pace, shift) for pace in np.geomspace(SLOWEST, FASTEST, PACES) for shift in np.arange(SHIFTS) / SHIFTS]
     few = -(-len(log.times) // ENOUGH)
     start = min(tried, key=lambda pair: size(np.array(pair), few))
-    best = minimize(size, np.array(start), method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9}).x
+    most = -(-len(log.times) // REFINED)
+    best = minimize(size, np.array(start), (most,), method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9}).x
     left = differing(float(best[0]), float(best[1]))
     return LogComparison(
         samples=len(log.times),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -172,7 +173,7 @@ def export(
     torques, forces, contacts and poses of all bodies in the coordinates of physics engines. Of a library (after `amble
     transitions`) it is one controller for all of its gaits, with a command.
     """
-    if gait.is_dir():
+    if os.path.isdir(gait):
         _export_library(gait, out, others=(law, control, rate, trace))
         return
     from amble.analysis import reference_motion, write_reference

@@ -15,18 +15,25 @@ import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from amble.errors import InputError, shown, shown_path
 
 if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
     from amble.types import Json  # numpy stays out of the start of the command line
+
+Found = TypeVar("Found")
 
 LARGEST_TEXT = 16 * 2**20
 """Bytes of a text file; a gait of 15 intervals a domain has 0.14 MB. Empty lists take thirty times their size."""
 
 LARGEST_TOML = 2**20
 """Bytes of a TOML file, which people write by hand: Python reads 1 MB in a second."""
+
+LARGEST_RECORD = 2**20
+"""Bytes of a record that pydantic reads: of empty lists it takes four hundred times their size."""
 
 DEEPEST = 32
 """Levels of lists and tables; a gait has 7."""
@@ -118,6 +125,29 @@ def read_toml(path: str | Path, what: str) -> Json:
     if DOTTED.search(text):
         raise InputError(f"{name} cannot be read: {_limits()}")
     return _bounded(lambda: tomllib.loads(text), name, "TOML")
+
+
+def read_record(path: str | Path, what: str, kind: TypeAdapter[Found]) -> Found:
+    """Read a file of JSON as what a model describes, strictly; errors as in ``read_text`` and ``parse_json``.
+
+    Args:
+        path: the file.
+        what: what it is, such as "proof"; sentences begin with it.
+        kind: the model.
+
+    Raises:
+        InputError: also where it is not what the model describes, with the first place that is not.
+    """
+    from pydantic import ValidationError
+
+    name, text = f"{what} '{shown_path(path)}'", read_text(path, what, LARGEST_RECORD)
+    parse_json(text, name)
+    try:
+        return kind.validate_json(text, strict=True)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = shown(".".join(map(str, first["loc"])) or "file")
+        raise InputError(f"{name} cannot be used: {where}: {shown(first['msg'], 300)}") from None
 
 
 def parse_json(text: str, what: str) -> Any:

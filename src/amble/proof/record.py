@@ -13,11 +13,10 @@ from typing import Annotated, Literal
 
 import flint
 from flint import arb
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, model_validator
 
-from amble.errors import InputError, shown_path
 from amble.hybrid import HybridSystem
-from amble.io.reader import read_text
+from amble.io.reader import read_record
 from amble.io.storage import atomic_write, dumps
 from amble.proof.arithmetic import decimals
 from amble.proof.basin import Basin
@@ -135,6 +134,9 @@ class Proof(_Part):
         return self.found.rate is not None
 
 
+PROOF = TypeAdapter(Proof)
+
+
 def system_hash(prepared: ReturnMap) -> str:
     """Return the SHA-256 of the operations of all functions with their constants, the parameters and the rules."""
     text = hashlib.sha256()
@@ -158,13 +160,7 @@ def load_proof(path: str | Path) -> Proof:
     Raises:
         InputError: the file is no proof; in one sentence.
     """
-    text = read_text(path, "proof")
-    try:
-        return Proof.model_validate_json(text)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"proof '{shown_path(path)}' cannot be used: {where or 'file'}: {first['msg']}") from None
+    return read_record(path, "proof", PROOF)
 
 
 def proof_of(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -20,6 +21,7 @@ import numpy as np
 from amble.errors import InputError, shown, shown_path
 from amble.io.reader import read_bytes
 from amble.io.worker import by_worker
+from amble.io.xml import parse_xml
 from amble.optional import require
 from amble.robot.parts import check_bounded
 from amble.robot.urdf import LARGEST
@@ -114,7 +116,7 @@ def _included(path: Path, content: bytes, name: str) -> Iterator[tuple[str, byte
 def _named(content: bytes, name: str) -> list[str]:
     """Return the files that a text includes."""
     try:
-        root = ElementTree.fromstring(content)
+        root = parse_xml(content)
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # the latter of an encoding that there is not
         raise InputError(f"{name} is not well-formed XML: {shown(str(error))}") from error
     return [element.get("file", "") for element in root.iter() if element.tag in PARTS and element.get("file")]
@@ -132,14 +134,14 @@ def _inside(path: Path, places: list[str], name: str) -> Path:
     Raises:
         InputError: there is none, or it lies elsewhere.
     """
-    folder, elsewhere = path.resolve().parent, False
+    folder, elsewhere = Path(os.path.realpath(path)).parent, False
     for place in places:
         if "\0" in place:
             continue
-        found = (folder / place).resolve()
+        found = Path(os.path.realpath(folder / place))
         if not found.is_relative_to(folder):
             elsewhere = True
-        elif found.is_file():
+        elif os.path.isfile(found):  # which says no where the name is too long
             return found
     what = shown(places[-1])
     if elsewhere:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from amble.errors import InputError, printable, shown
+from amble.errors import InputError, printable, shown, shown_path
 from amble.robot.catalogue import Posture
 from amble.robot.kinematics import foot_position
 from amble.robot.model import Robot
@@ -26,8 +27,11 @@ LEVEL = 0.05
 BEYOND = 1e-3
 """How far an angle may be beyond its limit, rad: files round."""
 
-MOST_FILES = 100
-"""Files of a folder that are looked at for one of the robot's name."""
+MOST_FILES = 20
+"""Files of other names that are looked at for one of the robot's name."""
+
+LARGEST, MOST_STATES = 2 * 2**20, 100
+"""Bytes of an SRDF file, and its group states; those of real robots have up to 0.2 MB and 10."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +81,12 @@ def read_srdf(path: Path) -> tuple[str, dict[str, dict[str, float]]]:
     Raises:
         InputError: where the file is missing, is not an SRDF, or an element is incomplete or not a number.
     """
-    root = parsed_urdf(path, "SRDF file", "SRDF")
+    root = parsed_urdf(path, "SRDF file", "SRDF", LARGEST)
     states: dict[str, dict[str, float]] = {}
-    for element in root.findall("group_state"):
+    elements = root.findall("group_state")
+    if len(elements) > MOST_STATES:
+        raise InputError(f"SRDF file '{shown_path(path)}' has more than {MOST_STATES} group states")
+    for element in elements:
         label = attribute(element, "name", f"{path.name}: a group state")
         where = f"{path.name}: group state '{shown(label)}'"
         values = states.setdefault(label, {})
@@ -95,13 +102,15 @@ def _beside(path: Path) -> list[Path]:
     """Files that may belong to a robot's file, likeliest first."""
     folders = [path.parent, path.parent / "srdf", path.parent.parent / "srdf"]
     same = [folder / f"{path.stem}.srdf" for folder in folders]
-    others = []
-    for folder in folders:
-        try:
-            others += sorted(folder.glob("*.srdf"))[:MOST_FILES]
-        except OSError:
-            continue
-    return [file for file in dict.fromkeys((*same, *others)) if file.is_file()]
+    others = [file for folder in folders for file in _files(folder) if file not in same]
+    return [file for file in dict.fromkeys((*same, *others[:MOST_FILES])) if os.path.isfile(file)]
+
+
+def _files(folder: Path) -> list[Path]:
+    try:
+        return [folder / name for name in sorted(os.listdir(folder)) if name.endswith(".srdf")]
+    except OSError:
+        return []
 
 
 def _standing(robot: Robot, file: Path, states: Mapping[str, Mapping[str, float]]) -> SrdfPosture | None:
@@ -110,7 +119,7 @@ def _standing(robot: Robot, file: Path, states: Mapping[str, Mapping[str, float]
         reason, height = _why_not(robot, angles)
         if not reason:
             return SrdfPosture(Posture(height, angles), state, file)
-        text = f"group state '{state}' of {file.name} is no posture to start from: {reason}"
+        text = f"group state '{shown(state)}' of {shown(file.name)} is no posture to start from: {reason}"
         logger.warning("%s", printable(text))
     return None
 

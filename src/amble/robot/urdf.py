@@ -18,6 +18,7 @@ import numpy as np
 
 from amble.errors import InputError, shown, shown_path
 from amble.io.reader import parse_number, read_bytes
+from amble.io.xml import parse_xml
 from amble.names import check_name
 from amble.robot.parts import LARGEST_NUMBER
 from amble.robot.rotation import rotation_of_rpy
@@ -97,12 +98,14 @@ def read_urdf(path: Path) -> FileRobot:
     return FileRobot(root.get("name") or path.stem, links, joints, _unused(root, path))
 
 
-def parsed_urdf(path: Path, what: str = "robot file", kind: str = "URDF") -> ElementTree.Element:
+def parsed_urdf(
+    path: Path, what: str = "robot file", kind: str = "URDF", largest: int = LARGEST
+) -> ElementTree.Element:
     """Return the root element of a URDF file, or of another whose root is a robot; errors as in ``read_urdf``."""
     name = f"{what} '{shown_path(path)}'"
-    text = _decoded(read_bytes(path, what, LARGEST), name)
+    text = _decoded(read_bytes(path, what, largest), name)
     try:
-        root = ElementTree.fromstring(text)
+        root = parse_xml(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise InputError(f"{name} is not well-formed XML: {shown(str(error))}") from error
     space = re.match(r"\{[^}]*\}", root.tag)

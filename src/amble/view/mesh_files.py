@@ -13,6 +13,7 @@ import numpy as np
 
 from amble.errors import InputError, shown, shown_path
 from amble.io.reader import read_bytes
+from amble.io.xml import parse_xml
 from amble.robot.parts import LARGEST_NUMBER
 from amble.types import IntegerVector, Matrix, NodeValues
 
@@ -79,7 +80,7 @@ def _obj(content: bytes) -> NodeValues:
 
 
 def _collada(content: bytes) -> NodeValues:
-    root = ElementTree.fromstring(content if len(content) <= LARGEST_TEXT else _text(content))
+    root = parse_xml(content if len(content) <= LARGEST_TEXT else _text(content))
     for element in root.iter():
         element.tag = str(element.tag).rpartition("}")[2]
     known = {element.get("id", ""): element for element in root.iter() if element.get("id")}

@@ -6,6 +6,7 @@ The record of a robot holds no looks, so they come from the file when it is name
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -153,15 +154,18 @@ def _lathe(profile: Matrix, sides: int) -> NodeValues:
 
 def _resolved(address: str, path: Path) -> Path:
     """Find the file of a mesh: beside the URDF, or of a package in one of the folders above it."""
-    parts = urlsplit(address)
+    try:
+        parts = urlsplit(address)
+    except ValueError as error:  # of a host in half a bracket
+        raise InputError(f"'{shown(address)}' is no address: {shown(str(error))}") from None
     if parts.scheme == "file":
         return Path(unquote(parts.path))
     if parts.scheme != "package":
         return path.parent / address
     package, rest = parts.netloc, unquote(parts.path).lstrip("/")
-    for folder in path.resolve().parents:
+    for folder in Path(os.path.realpath(path)).parents:
         for place in (folder / package / rest, folder / rest) if folder.name == package else (folder / package / rest,):
-            if place.is_file():
+            if os.path.isfile(place):
                 return place
     raise InputError(f"'{shown(address)}' was not found above {path.name}")
 

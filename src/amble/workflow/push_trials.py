@@ -7,6 +7,7 @@ each, which appears whole or not at all: what a run has finished the next one do
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from amble.codegen.cache import content_key
 from amble.errors import InputError, UnknownNameError
@@ -27,7 +28,7 @@ from amble.gait.linearising_law import control_of
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.unilateral_loop import unilateral_loop
 from amble.gait.unilateral_state import Push, unilateral_start
-from amble.io.reader import read_json, read_text
+from amble.io.reader import read_json, read_record
 from amble.io.storage import atomic_write
 from amble.simulation.walk import walk
 from amble.stability.push_response import impulse_unit, push_of
@@ -146,7 +147,7 @@ class TrialFolder:
             InputError: the folder holds other trials, or cannot be written.
         """
         told = self.place / "trials.json"
-        if told.exists():
+        if os.path.lexists(told):
             try:
                 before = read_json(told, "settings of trials")
             except InputError:
@@ -196,8 +197,8 @@ class TrialFolder:
     def read(self, engine: str, piece: range) -> list[Trial] | None:
         """Read a piece; None where it is not there or is not one of these trials."""
         try:
-            found = PIECES.validate_json(read_text(self.file(engine, piece), "piece of trials"), strict=True)
-        except (InputError, ValidationError):
+            found = read_record(self.file(engine, piece), "piece of trials", PIECES)
+        except InputError:
             return None
         if not all(self._possible(trial) for trial in found):
             return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -173,7 +174,7 @@ class _Work:
             return
         names = (SYNTHESIZED, GAIT, CERTIFICATE, TRACE, PERTURBED)
         for path in (*(self.out / name for name in names), *run_files(self.out)):
-            if path.is_file():
+            if os.path.isfile(path):
                 path.unlink()
 
     def walk(self, gait: Gait, cycles: int, tolerance: float, perturbation: float, name: str) -> Trace:

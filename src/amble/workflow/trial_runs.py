@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -93,7 +94,7 @@ def _by_workers(
         while None in codes:
             time.sleep(WAIT)
             codes = [process.poll() for process, _ in running]
-            done = sum(folder.file(engine, piece).exists() for piece in missing)
+            done = sum(os.path.isfile(folder.file(engine, piece)) for piece in missing)
             notify(ProgressReport(what=f"{engine}, piece", done=done, of=len(missing)))
             for code, (_, told) in zip(codes, running, strict=True):
                 if code:

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from amble.errors import InputError, listed, shown, shown_path
+from amble.errors import InputError, listed, shown_path
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.gait.impedance import Impedance
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.schedule import Schedule, impedance_schedule
-from amble.io.reader import read_text
+from amble.io.reader import read_record
 from amble.io.storage import atomic_write, dumps
 from amble.progress import Progress, ProgressReport, silent
 from amble.simulation.steering import Steered, Stepper
@@ -51,6 +51,9 @@ class _Record(BaseModel):
     gaits: dict[str, str] = Field(min_length=2, max_length=100_000)
     changes: list[Positive]
     friction: Positive | None
+
+
+RECORD = TypeAdapter(_Record)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,12 +124,8 @@ def load_transitions(library: str | Path) -> Transitions:
         InputError: it is not there, cannot be read, or a gait is not the one that it tells of.
     """
     folder = Path(library) / FOLDER
-    text = read_text(folder / HEADER, "transitions of a library")
+    record = read_record(folder / HEADER, "transitions of a library", RECORD)
     what = f"'{shown_path(folder / HEADER)}' is no record of transitions"
-    try:
-        record = _Record.model_validate_json(text)
-    except ValidationError as error:
-        raise InputError(f"{what}: {shown(error.errors()[0]['msg'])}") from None
     if (record.format, record.format_version) != (FORMAT, FORMAT_VERSION):
         raise InputError(f"{what} of format version {FORMAT_VERSION}")
     known = {label(entry.values): entry.values for entry in load_library(library).certified}

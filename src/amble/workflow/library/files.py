@@ -14,6 +14,7 @@ run, the folder holds whole gaits, and the next run goes on with the rest.
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -21,20 +22,20 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from amble.errors import InputError, listed, shown, shown_path
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
-from amble.io.reader import read_json, read_text
-from amble.io.storage import atomic_write, dumps
+from amble.io.reader import read_json, read_record
+from amble.io.storage import atomic_write, check_folder, dumps
 from amble.io.table import table_text
 from amble.report import write_results
 from amble.stability.gait_certificate import certificate_to_dict
 from amble.types import Json
 from amble.version import __version__
 from amble.workflow.library.axes import UNITS, LibrarySpecification, label
-from amble.workflow.library.entry import Made
+from amble.workflow.library.entry import STAGES, Made
 
 FORMAT, FORMAT_VERSION = "amble library", 1
 HEADER = "library.json"
@@ -43,6 +44,10 @@ LOCKS = "chains"
 """Folder of the locks of single chains, and of what their tasks say on a cluster."""
 
 INDEX, FAILURES = "index.csv", "failures.csv"
+
+
+Scalar = float | int | str | bool | None
+"""What the index of a library holds in a cell."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +74,7 @@ class LibraryEntry:
     file: str | None
     start: str | None
     hash: str | None = None
-    numbers: Mapping[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, Scalar] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -112,7 +117,7 @@ class Library:
             InputError: it was not solved, its file cannot be read, or record or certificate are of another content.
         """
         if entry.file is None:
-            raise InputError(f"there is no gait at {entry.label}: {entry.reason}")
+            raise InputError(f"there is no gait at {entry.label}: {shown(entry.reason, 1000)}")
         gait = load_gait(self.folder / entry.file)
         told = {"record": entry.hash}
         if entry.certified:
@@ -157,7 +162,7 @@ def claim_folder(folder: Path, library: LibrarySpecification) -> None:
         "specification": json.loads(json.dumps(library.tree, default=str)),
     }
     path = folder / HEADER
-    if path.exists():
+    if os.path.lexists(path):
         known = read_json(path, "library")
         parts = ("format", "format_version", "axes", "specification")
         if any(known.get(part) != tree[part] for part in parts):
@@ -166,7 +171,8 @@ def claim_folder(folder: Path, library: LibrarySpecification) -> None:
                 "folder, or remove it"
             )
         return
-    if folder.exists() and any(folder.iterdir()):
+    check_folder(folder)
+    if os.path.isdir(folder) and os.listdir(folder):
         raise InputError(f"'{shown_path(folder)}' holds files that are no library; name another folder")
     atomic_write(path, dumps(tree) + "\n")
 
@@ -205,7 +211,7 @@ def record_of(folder: Path, values: Mapping[str, float]) -> Path:
 def read_entry(folder: Path, values: Mapping[str, float]) -> LibraryEntry | None:
     """Read what became of one gait; None where nothing has yet."""
     path = record_of(folder, values)
-    return _entry(path) if path.exists() else None
+    return _entry(path) if os.path.lexists(path) else None
 
 
 def _entry(path: Path) -> LibraryEntry:
@@ -214,13 +220,11 @@ def _entry(path: Path) -> LibraryEntry:
     Raises:
         InputError: it is no record, or of another gait, or says certified without a gait and a certificate.
     """
-    text, folder = read_text(path, "record of a library"), path.parent.parent
+    entry, folder = read_record(path, "record of a library", ENTRY), path.parent.parent
     what = f"'{shown_path(path)}' is no record of a library"
-    try:
-        entry = ENTRY.validate_json(text, strict=True)
-    except ValidationError as error:
-        raise InputError(f"{what}: {shown(error.errors()[0]['msg'])}") from None
     numbers = [*entry.values.values(), *entry.seconds.values(), *_floats(entry.numbers)]
+    if entry.stage not in STAGES:
+        raise InputError(f"{what}: '{shown(entry.stage)}' is no stage")
     if not set(entry.values) <= set(UNITS) or not all(map(isfinite, numbers)):
         raise InputError(f"{what}: an axis is unknown, or a number not finite")
     if not all(KEY.fullmatch(key) for key in (*entry.numbers, *entry.seconds)):
@@ -228,7 +232,7 @@ def _entry(path: Path) -> LibraryEntry:
     name = f"{path.stem}.json"
     own = f"{GAITS if entry.certified else FAILED}/{name}"
     needed = [own, f"{CERTIFICATES}/{name}"] if entry.certified else [own] if entry.file else []
-    lacking = [file for file in needed if not (folder / file).is_file()]
+    lacking = [file for file in needed if not os.path.isfile(folder / file)]
     if (entry.hash is None) != (entry.file is None):
         raise InputError(f"{what}: it says nothing of the content of its gait, or of one that is not there")
     if entry.label != path.stem or entry.file != (own if needed else None) or lacking:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from amble.report.figures import gait_map, save
 from amble.workflow.library.axes import UNITS
-from amble.workflow.library.files import Library
+from amble.workflow.library.files import Library, LibraryEntry
 
 logger = logging.getLogger("amble")
 
@@ -38,9 +38,15 @@ def write_maps(library: Library) -> tuple[Path, ...]:
         suffix = key.removeprefix("cost_of_transport").strip("_") if key.startswith("cost_of_transport") else ""
         figure = gait_map(
             [entry.values for entry in library.entries],
-            [entry.numbers.get(key) if entry.certified else None for entry in library.entries],
+            [_number(entry, key) for entry in library.entries],
             f"{title} ({suffix})" if suffix else title,
             UNITS,
         )
         written += save(figure, library.folder / f"map-{key}")
     return tuple(written)
+
+
+def _number(entry: LibraryEntry, key: str) -> float | None:
+    """What a certified gait has under a name; None where that is no number, as in a record from elsewhere."""
+    value = entry.numbers.get(key) if entry.certified else None
+    return None if isinstance(value, bool | str) else value
