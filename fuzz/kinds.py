@@ -120,7 +120,12 @@ _HEADS = (
 
 def draw_urdf(draw: random.Random) -> tuple[bytes, list[str]]:
     """A drawn robot with damage to attributes and elements."""
-    text, done = robots.urdf(draw), []
+    return damaged_xml(robots.urdf(draw), draw)
+
+
+def damaged_xml(text: str, draw: random.Random) -> tuple[bytes, list[str]]:
+    """Damage to attributes and elements of a robot file."""
+    done = []
     for _ in range(_often(draw)):
         kind = draw.choice(("attribute", "attribute", "attribute", "reference", "element", "head", "raw", "space"))
         found = list((_ELEMENT if kind == "element" else _ATTRIBUTE).finditer(text))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fuzz import kinds, meshes, mjcf, motions, traces
+from fuzz import kinds, meshes, mjcf, motions, records, traces
 from fuzz.kinds import Kind
 
 READERS = (
@@ -19,6 +19,13 @@ READERS = (
     Kind("npz", ".npz", 4, motions.drawer(".npz"), motions.read_motion),
     Kind("csv", ".csv", 4, motions.drawer(".csv"), motions.read_motion),
     Kind("mat", ".mat", 1, motions.drawer(".mat"), motions.read_motion),  # as traces are
+    Kind("library", ".toml", 4, records.draw_library, records.read_library),
+    Kind("record", ".json", 4, records.drawer(records.RECORD), records.read_record),
+    Kind("transitions", ".json", 2, records.drawer(records.HEADER), records.read_transitions),  # 1 s where it loads
+    Kind("commands", ".csv", 4, records.draw_commands, records.read_commands),
+    Kind("log", ".csv", 4, records.draw_log, records.read_log),
+    Kind("proof", ".json", 4, records.draw_proof, records.read_proof),
+    Kind("srdf", ".srdf", 4, records.draw_srdf, records.read_srdf),
 )
 
 BY_NAME = {kind.name: kind for kind in READERS}

@@ -7,10 +7,11 @@ import time
 from pathlib import Path
 
 import pytest
+from pydantic import TypeAdapter
 
 from amble.errors import InputError
 from amble.io import reader
-from amble.io.reader import parse_json, parse_number, read_bytes, read_json, read_text, read_toml
+from amble.io.reader import parse_json, parse_number, read_bytes, read_json, read_record, read_text, read_toml
 
 
 def refused(path: str | Path, match: str) -> None:
@@ -176,3 +177,31 @@ def test_decimal_numbers_are_read_as_python_does(text: str) -> None:
 def test_other_notations_are_refused(text: str) -> None:
     with pytest.raises(ValueError, match="not a number"):
         parse_number(text)
+
+
+RECORDS = {
+    "a key twice": ('{"a": 1, "a": 2}', "the key 'a' twice"),
+    "no number": ('{"a": NaN}', "holds NaN"),
+    "too many digits": (f'{{"a": {"9" * 400}}}', "more than 40 digits"),
+    "too deep": ('{"a": ' + "[" * 100 + "]" * 100 + "}", "nested deeper"),
+    "half a character": ('{"\\ud800": 1}', "half of a surrogate pair"),
+    "another type": ('{"a": "1"}', r"cannot be used: a\.float: "),
+    "a long key of another type": (f'{{"{"a" * 10_000}\\n": "1"}}', r"cannot be used: a+\.\.\.: "),
+    "megabytes of lists": ("[" + "[]," * 1_000_000 + "[]]", "more than 1 MB"),
+}
+
+
+@pytest.mark.parametrize("what", RECORDS)
+def test_what_is_wrong_with_a_record_is_one_sentence(what: str, tmp_path: Path) -> None:
+    """pydantic alone took 2 GB for 16 MB of empty lists, and the process with it where there was less."""
+    path = tmp_path / "a.json"
+    path.write_text(RECORDS[what][0])
+    with pytest.raises(InputError, match=RECORDS[what][1]) as caught:
+        read_record(path, "record", TypeAdapter(dict[str, float | list[object]]))
+    assert len(str(caught.value)) < 500
+    assert str(caught.value).isprintable()
+
+
+def test_a_record_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text('\ufeff{"a": 1.5}', encoding="utf-8")
+    assert read_record(tmp_path / "a.json", "record", TypeAdapter(dict[str, float])) == {"a": 1.5}

@@ -111,3 +111,13 @@ def test_no_whole_basin_and_no_steps_are_refused(proof: Proof, part: str, change
     with pytest.raises((InputError, ProofError)) as refused:
         verify(load_proof(path), rimless_wheel.rolling()[0])
     assert "\n" not in str(refused.value)
+
+
+def test_a_key_twice_and_a_long_one_are_refused(proof: Proof, tmp_path: Path) -> None:
+    path = save_proof(tmp_path / "proof.json", proof)
+    text = path.read_text()
+    for key, reason in ((f'"{"k" * 100_000}"', "Extra inputs"), ('"half"', "the key 'half' twice")):
+        path.write_text(text.replace("{", f"{{{key}: false,", 1))
+        with pytest.raises(InputError, match=reason) as refused:
+            load_proof(path)
+        assert len(str(refused.value)) < 500

@@ -387,3 +387,11 @@ def test_published_urdf_against_mujoco(name: str) -> None:
     model.dof_damping[:], model.dof_frictionloss[:] = 0.0, 0.0
     still = replace(walker, joints=tuple(replace(joint, damping=0.0) for joint in walker.joints))
     accelerations_agree(still, model)
+
+
+@pytest.mark.parametrize("name", ["loop.obj", "n" * 300 + ".obj"])
+def test_a_mesh_that_leads_nowhere_is_a_sentence(name: str, tmp_path: Path) -> None:
+    (tmp_path / "loop.obj").symlink_to("loop.obj")
+    (tmp_path / "robot.xml").write_text(MESHED.format(name, '<geom type="mesh" mesh="body"/>'))
+    with pytest.raises(InputError, match="which is not there"):
+        load_robot(tmp_path / "robot.xml", ODD_FEET)

@@ -12,7 +12,7 @@ import pytest
 from amble.errors import InputError
 from amble.robot import Robot, kinematics, load_robot
 from amble.robot.proposal import standing_posture
-from amble.robot.srdf import read_srdf, srdf_posture
+from amble.robot.srdf import LARGEST, MOST_FILES, read_srdf, srdf_posture
 from amble.synthesis.specified import problem_of
 from amble.workflow.proposal import described, with_file_posture, written
 from benchmarks.robot_files import FILES
@@ -131,3 +131,33 @@ def test_real_files_have_one(name: str) -> None:
     found = srdf_posture(load_robot(known.place(), known.feet), known.place())
     assert found is not None
     assert found.state == "standing"
+
+
+def test_more_states_and_bytes_than_a_robot_has_are_refused(file: Path, caplog: pytest.LogCaptureFixture) -> None:
+    beside = file.parent / "biped.srdf"
+    beside.write_text('<robot name="biped">' + '<group_state name="a"/>' * 101 + "</robot>")
+    with pytest.raises(InputError, match="more than 100 group states"):
+        read_srdf(beside)
+    beside.write_text('<robot name="biped">' + " " * LARGEST + "</robot>")
+    with caplog.at_level(logging.WARNING, "amble"):
+        assert srdf_posture(robot(file), file) is None
+    assert "more than 2 MB" in caplog.text
+
+
+def test_of_many_files_beside_some_are_read(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number in range(40):
+        (file.parent / f"other{number}.srdf").write_text("<robot/>")
+    read = []
+    monkeypatch.setattr("amble.robot.srdf.read_srdf", lambda path: (read.append(path), ("", {}))[1])
+    assert srdf_posture(robot(file), file) is None
+    assert len(read) == MOST_FILES
+
+
+def test_a_name_of_any_length_is_told_in_a_short_sentence(file: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (file.parent / "biped.srdf").write_text(srdf(robot(file), state="a" * 100_000, l_knee=100.0))
+    with caplog.at_level(logging.WARNING, "amble"):
+        assert srdf_posture(robot(file), file) is None
+    assert len(caplog.records[0].getMessage()) < 400
+    long = file.with_name(f"{'n' * 250}.xml")  # with .srdf it is no name of a file
+    shutil.move(file, long)
+    assert srdf_posture(load_robot(long, FEET, format="urdf"), long) is None

@@ -193,6 +193,15 @@ def test_links_look_as_their_file_says(loaded: tuple[Robot, Path], caplog: pytes
     np.testing.assert_allclose(np.abs(leg.vertices[:, :2]).max(), 0.03, atol=1e-3)
 
 
+@pytest.mark.parametrize("address", ["package://[mine/t.stl", f"package://mine/{'n' * 300}.stl", "http://[x/t.stl"])
+def test_an_address_that_is_none_is_left_out(address: str, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = hopper(tmp_path)
+    path.write_text(path.read_text().replace("package://mine/t.stl", address))
+    with caplog.at_level(logging.WARNING):
+        assert link_meshes(load_robot(path, feet={"foot": "cap"}), path)
+    assert "2 looks are left out" in caplog.text
+
+
 def test_another_robot_is_refused(loaded: tuple[Robot, Path], tmp_path: Path) -> None:
     robot, _ = loaded
     with pytest.raises(InputError, match=r"is not the file of robot 'hopper': joint 'hip' is elsewhere"):

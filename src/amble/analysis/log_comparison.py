@@ -90,14 +90,13 @@ def read_log(path: str | Path, gait: Gait) -> Log:
     for label in wanted:
         if header.count(label) != 1:
             raise InputError(f"{name} has {header.count(label)} columns '{shown(label)}' in its first line, not one")
-    places, values = [header.index(label) for label in wanted], []
-    for number, row in enumerate(rows[1:], start=2):
-        if row:
-            values.append(_numbers(name, row, places, number))
+    places = [header.index(label) for label in wanted]
+    lines = [number for number, row in enumerate(rows[1:], start=2) if row]
+    values = [_numbers(name, rows[number - 1], places, number) for number in lines]
     table = np.array(values).reshape(len(values), len(wanted))
     large = np.flatnonzero(~np.all(np.abs(table) <= LARGEST, axis=1))
     if large.size:
-        raise InputError(f"{name}, sample {large[0] + 1} holds a number that is not finite or above {LARGEST:g}")
+        raise InputError(f"{name}, line {lines[large[0]]} holds a number that is not finite or above {LARGEST:g}")
     if len(table) < FEWEST or not np.all(np.diff(table[:, 0]) > 0.0):
         raise InputError(f"{name} needs {FEWEST} samples or more, their times ascending; it has {len(table)}")
     angles, rest = table[:, 1 : 1 + len(joints)], table[:, 1 + len(joints) :]

@@ -172,7 +172,7 @@ def steer(
         InputError: commands are out of order or range, or too many; a change or the duration is not positive.
     """
     notify, schedule = progress or silent, step.schedule
-    times, asked = _checked(schedule, commands, changes, duration)
+    times, asked = checked_commands(schedule, commands, changes, duration)
     most, at = np.asarray(changes, dtype=np.float64), asked[0]
     entry = step.start(schedule.start(at) if start is None else start)
     size, clock, steps, ended = 2 * schedule.gait.robot.size, 0.0, list[SteeredStep](), COMPLETED
@@ -207,7 +207,7 @@ def steer(
     )
 
 
-def _checked(
+def checked_commands(
     schedule: Schedule, commands: Sequence[tuple[float, Sequence[float]]], changes: Sequence[float], duration: float
 ) -> tuple[Vector, Matrix]:
     """Return the times of the commands, (n,), and the commands, (n, axes)."""

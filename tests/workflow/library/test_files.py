@@ -106,6 +106,8 @@ def test_another_specification_is_refused_and_other_axes_values_are_not(tmp_path
     (tmp_path / "work" / "thesis.tex").touch()
     with pytest.raises(InputError, match="no library"):
         claim_folder(tmp_path / "work", other)
+    with pytest.raises(InputError, match="not a folder"):
+        claim_folder(tmp_path / "work" / "thesis.tex", other)
 
 
 @pytest.mark.parametrize("text", ["{}", '{"values": {}}', "[1]", '{"values": {}, "colour": 1, "notes": []}'])
@@ -148,11 +150,12 @@ def test_maps_are_drawn_of_what_is_certified(folder: Path, unrendered: None) -> 
     library = load_library(folder)
     assert write_maps(library) == ()
     (failed,) = library.entries
-    certified = replace(
-        failed, values={"speed": 0.2}, certified=True, numbers={"radius": 0.5, "cost_of_transport_x": 1.0}
-    )
+    numbers = {"radius": 0.5, "cost_of_transport_x": 1.0, "returns_from": "words, as a record from elsewhere may say"}
+    certified = replace(failed, values={"speed": 0.2}, certified=True, numbers=numbers)
     names = [path.name for path in write_maps(Library(folder, (failed, certified)))]
-    assert names == ["map-cost_of_transport_x.png", "map-cost_of_transport_x.pdf", "map-radius.png", "map-radius.pdf"]
+    assert names == [
+        f"map-{key}.{kind}" for key in ("cost_of_transport_x", "radius", "returns_from") for kind in ("png", "pdf")
+    ]
 
 
 FORGED: dict[str, dict[str, object]] = {
@@ -171,6 +174,11 @@ FORGED: dict[str, dict[str, object]] = {
     "a reason that is a number": {"reason": 3},
     "a content without a gait": {"hash": "0" * 64},
     "a content that is no text": {"hash": 1},
+    "a number of 400 digits": {"numbers": {"radius": 10**400}},
+    "lists of lists": {"numbers": {"radius": [[[]]]}},
+    "a number in a list that is none": {"numbers": {"radius": [float("nan")]}},
+    "a stage that there is not": {"stage": "\x1b[31m"},
+    "far more than a record": {"notes": [""] * 400_000},
 }
 
 
