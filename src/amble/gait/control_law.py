@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import casadi as ca
@@ -81,20 +81,28 @@ class ControlLaw(ABC):
     ) -> tuple[StanceLoop, ...]:
         """Compile the closed loops of the solved stances, functions of (t, x, p); ``numbers`` are the law's."""
 
-    def equations(
-        self, gait: Gait, stance: Stance, allocation: AllocationLaw | None = None
-    ) -> tuple[list[ca.SX], LoopEquations]:
-        """Write the closed loop of a solved stance as linear equations over symbols (t, x, p), for proofs.
+    def smooth(self, gait: Gait, numbers: Numbers) -> tuple[Numbers, ...]:
+        """Cut a domain into stretches along each of which the law is smooth, for proofs.
+
+        Returns:
+            For every stretch, from the end of the one before, the parameters p of ``equations`` and its end as the only
+            breakpoint; the last has none where it goes on for ever. As many parameters for all.
+        """
+        del gait
+        return (replace(numbers, breakpoints=numbers.breakpoints[:1]),)
+
+    def equations(self, gait: Gait, stance: Stance, size: int) -> tuple[list[ca.SX], LoopEquations]:
+        """Write a solved stance's closed loop along a stretch as linear equations over symbols (t, x, p), for proofs.
 
         Args:
             gait: the gait.
             stance: one of its solved stances.
-            allocation: another allocation law than the gait's.
+            size: number of parameters of the stretch (``smooth``).
 
         Raises:
             InputError: the loop is no solution of linear equations.
         """
-        del gait, stance, allocation
+        del gait, stance, size
         raise InputError(f"control law '{self.name}' does not write its loop as linear equations: no proof of it")
 
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
@@ -170,16 +178,16 @@ class TorqueLaw(ControlLaw):
         sizes = [entry.parameters.size for entry in numbers]
         return driven_loops(gait.pattern, self.torques, sizes, gait.limits.normal_force)
 
-    def equations(
-        self, gait: Gait, stance: Stance, allocation: AllocationLaw | None = None
-    ) -> tuple[list[ca.SX], LoopEquations]:
+    def smooth_torques(self, contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
+        """Write the torques along one stretch of ``smooth``; arguments as in ``torques``, p those of the stretch."""
+        return self.torques(contacts, t, q, v, p)
+
+    def equations(self, gait: Gait, stance: Stance, size: int) -> tuple[list[ca.SX], LoopEquations]:
         """Write the dynamics with the torques as one more equation."""
-        del allocation
-        contacts, size = gait.pattern.contacts(stance), gait.robot.size
-        t, x = ca.SX.sym("t"), ca.SX.sym("x", 2 * size)
-        p = ca.SX.sym("p", self.packed(gait, stance.name).size)
-        q, v = x[:size], x[size:]
-        return [t, x, p], driven_equations(contacts, self.torques(contacts, t, q, v, p), (q, v))
+        contacts, half = gait.pattern.contacts(stance), gait.robot.size
+        t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2 * half), ca.SX.sym("p", size)
+        q, v = x[:half], x[half:]
+        return [t, x, p], driven_equations(contacts, self.smooth_torques(contacts, t, q, v, p), (q, v))
 
 
 CONTROL_LAWS: Registry[ControlLaw] = Registry("control law")

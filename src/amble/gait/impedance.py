@@ -23,7 +23,7 @@ from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.record import Gait
 from amble.hybrid import Contacts, Stance
 from amble.hybrid.system import numeric
-from amble.numerics.pieces import ORDER, Pieces, evaluated, padded
+from amble.numerics.pieces import FAR, ORDER, Pieces, evaluated, padded
 from amble.robot import Robot
 from amble.types import Vector, frozen
 
@@ -216,12 +216,43 @@ class Impedance(TorqueLaw):
     @staticmethod
     def torques(contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
         """Write equations (1) and (2); the gains are among the parameters, so that all share one expression."""
-        # shorthand
         joints = len(contacts.robot.joints)
-        angle, rate, torque = references(p, joints, t)
-        P, D = p[2 : 2 + joints], p[2 + joints : 2 + 2 * joints]
+        return _about(references(p, joints, t), p[2 : 2 + 2 * joints], q, v)
 
-        return torque - P * (q[-joints:] - angle) - D * (v[-joints:] - rate)
+    def smooth(self, gait: Gait, numbers: Numbers) -> tuple[Numbers, ...]:
+        """Cut a domain at its pieces, up to the end of the last: the gains, one place and one piece each."""
+        # shorthand
+        joints, p = len(gait.robot.joints), numbers.parameters
+        size = joints * (ORDER + 1)
+        gains, rest = p[2 : 2 + 2 * joints], p[2 + 2 * joints :]
+        count = rest.size // (2 + 2 * size)
+        places = rest[: 2 * count].reshape(2, count)
+        angles, torques = rest[2 * count :].reshape(2, count, size)
+
+        used = np.flatnonzero(places[0] < FAR)
+        ends = (*places[0, used[1:]], p[0])
+        return tuple(
+            Numbers(
+                parameters=frozen(np.concatenate([gains, places[:, k], angles[k], torques[k]])), breakpoints=(float(end),)
+            )
+            for k, end in zip(used, ends, strict=True)
+        )
+
+    def smooth_torques(self, contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
+        """Write equation (1) along one piece of the references."""
+        joints = len(contacts.robot.joints)
+        gains, place, angles, torques = ca.vertsplit(
+            p, [0, 2 * joints, 2 * joints + 2, 2 * joints + 2 + joints * (ORDER + 1), p.shape[0]]
+        )
+        angle, rate = evaluated(place, angles, joints, t)
+        return _about((angle, rate, evaluated(place, torques, joints, t)[0]), gains, q, v)
+
+
+def _about(reference: tuple[ca.SX, ca.SX, ca.SX], gains: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
+    """Write equation (1): springs and dampers about angles and rates, and the torques there."""
+    angle, rate, torque = reference
+    joints = angle.shape[0]
+    return torque - gains[:joints] * (q[-joints:] - angle) - gains[joints:] * (v[-joints:] - rate)
 
 
 def references(p: ca.SX, joints: int, t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:

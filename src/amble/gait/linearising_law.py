@@ -73,13 +73,11 @@ class InputOutputLinearisation(ControlLaw):
             gait.limits.normal_force,
         )
 
-    def equations(
-        self, gait: Gait, stance: Stance, allocation: AllocationLaw | None = None
-    ) -> tuple[list[ca.SX], LoopEquations]:
+    def equations(self, gait: Gait, stance: Stance, size: int) -> tuple[list[ca.SX], LoopEquations]:
         """Write the dynamics, the outputs' and the allocation law's conditions."""
-        count = len(gait.outputs.of(stance.name).coordinates)
-        contacts, law = gait.pattern.contacts(stance), allocation or gait.law
-        return stance_equations(contacts, law, stance, count, REFERENCE_ORDER, gait.outputs.phase)
+        del size
+        count, contacts = len(gait.outputs.of(stance.name).coordinates), gait.pattern.contacts(stance)
+        return stance_equations(contacts, gait.law, stance, count, REFERENCE_ORDER, gait.outputs.phase)
 
     def packed(self, gait: Gait, domain: str) -> Vector:
         """Pack the virtual constraints of a solved domain with these gains."""

@@ -21,8 +21,6 @@ from amble.proof.tape import NOT_ENCLOSED
 ATTEMPTS = 14
 HALVINGS = 6
 """How often a step is halved because a margin may fail along it."""
-JUST_BEFORE = arb(2) ** -60
-"""Share of a dead time at which a step ends before its end, so that it is known to lie within."""
 MOST_EXCESS = 1e3
 """A step whose remainder is larger than the tolerance by more is taken again, shorter."""
 
@@ -159,7 +157,7 @@ def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, 
     if not wish > 0:
         wish = wished_length(leg.field, clock, here.centre, order, tolerance)
     for attempt in range(ATTEMPTS):
-        length = _cut(leg, clock, wish.mid())
+        length = leg.cut(clock, wish)
         try:
             done = leg.field.step(clock, here.centre, here.hull(), length, order)
         except StepError:
@@ -173,18 +171,6 @@ def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, 
         if error <= MOST_EXCESS * tolerance:
             return done, wish
     raise StepError("the remainder of no step is as small as the tolerance")
-
-
-def _cut(leg: Leg, clock: arb, length: arb) -> arb:
-    """Return a step length that passes no breakpoint, and stops just before the end of a dead time."""
-    for mark in leg.domain.breakpoints:
-        if clock < arb(mark) and clock + length > arb(mark):
-            length = (arb(mark) - clock).mid()
-    for guard in (leg.exit, *leg.others):
-        before = arb(guard.dead_time) * (1 - JUST_BEFORE)
-        if clock < before and clock + length > before:
-            length = (before - clock).mid()
-    return length
 
 
 def _quiet(guard: Surface, leg: Leg, clock: arb, done: Step) -> bool:

@@ -26,6 +26,7 @@ FINENESS = 1e-4
 """Remainder of a step on a ball, as a share of the ball's radius."""
 SHRINKING = 4.0
 """By how much a ball is smaller than the last one that was tried."""
+NO_TURNS = "the orbit is stable up to a turn about the vertical, and balls are only tried up to translations"
 WIDER = 1.001
 """By which a box about a ball is taken wider than floating-point arithmetic says."""
 
@@ -66,6 +67,8 @@ def prove_basin(
         most: the largest radius tried, as a change of the coordinate that may change most.
         progress: called after every attempt.
     """
+    if prepared.turns:
+        return None, NO_TURNS
     along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
     middle = midpoints(quotient(orbit.derivative, along))
     rates = [1.0 - (1.0 - orbit.rate) * share for share in RATE_SHARES]
@@ -105,6 +108,8 @@ def contraction_on_ball(
     Raises:
         ProofError: the map could not be enclosed over the ball, or contracts at none of the rates.
     """
+    if prepared.turns:
+        raise ProofError(NO_TURNS)
     along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
     span, _ = complement(along)
     # |U v|_i <= |v|_W sqrt((U W^-1 U^T)_ii); what rounding spoils here, the share below is far more

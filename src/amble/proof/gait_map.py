@@ -8,18 +8,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import casadi as ca
+from flint import arb
 
 from amble.control.loop_equations import LoopEquations
 from amble.control.stance_functions import LOWEST_BASE, STEEPEST, reset
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.gait.closed_loop import symmetries
+from amble.gait.control_law import Numbers
 from amble.gait.linearising_law import control_of
-from amble.hybrid import Contacts, Domain, HybridSystem, Stance, Switch, Transition, impact
+from amble.hybrid import Contacts, Domain, HybridSystem, Stance, Switch, Symmetry, Transition, impact
 from amble.proof.leg import Leg, Surface, reset_tape
 from amble.proof.loop_field import LoopField
 from amble.proof.loop_tapes import LoopTapes
 from amble.proof.margins import Margins
 from amble.proof.return_map import ReturnMap
+from amble.proof.switched_field import SwitchedField
+from amble.proof.tape import Tape, record
 from amble.robot import kinematics
 
 ARGUMENTS = ["t", "x", "p"]
@@ -42,7 +47,14 @@ def gait_map(gait: Gait, system: HybridSystem, order: int, tolerance: float) -> 
         _leg(gait, switch, domain, transition)
         for switch, (domain, transition) in zip(gait.pattern.switches, system.cycle(), strict=True)
     ]
-    return ReturnMap(system, tuple(legs), order, tolerance)
+    kept = {symmetry.name for symmetry in system.symmetries}
+    turns = [_generator(found) for found in symmetries(gait, control_of(gait)) if found.name not in kept]
+    return ReturnMap(system, tuple(legs), order, tolerance, turns=tuple(turns))
+
+
+def _generator(symmetry: Symmetry) -> Tape:
+    x = ca.SX.sym("x", symmetry.generator.numel_in(0))
+    return record(ca.Function("generator", [x], [ca.densify(symmetry.generator(x))]))
 
 
 def require_provable(gait: Gait) -> None:
@@ -61,51 +73,65 @@ def require_provable(gait: Gait) -> None:
             )
         if not switch.landing:
             raise InputError(f"at switch '{switch.name}' feet leave by their force: no proof of that")
-        control_of(gait).equations(gait, switch.source)
+    control = control_of(gait)
+    for switch, numbers in zip(gait.pattern.switches, control.numbers(gait, None), strict=True):
+        control.equations(gait, switch.source, control.smooth(gait, numbers)[0].parameters.size)
 
 
-def require_smooth(system: HybridSystem, durations: Sequence[float]) -> None:
-    """Refuse domains whose field is less smooth somewhere along the orbit, as under a law of polynomial pieces.
+def require_smooth(prepared: ReturnMap, durations: Sequence[float]) -> None:
+    """Refuse an orbit that goes on in a domain after the last stretch along which the law is known to be smooth.
 
     Args:
-        system: the closed loop.
+        prepared: the gait's map.
         durations: of the domains along the orbit, s.
 
     Raises:
-        InputError: a domain has a breakpoint before its end.
+        InputError: it does.
     """
-    for domain, duration in zip(system.domains, durations, strict=True):
-        count = sum(0.0 < mark <= duration for mark in domain.breakpoints)
-        if count:
+    for leg, duration in zip(prepared.legs, durations, strict=True):
+        end = leg.field.ends[-1] if isinstance(leg.field, SwitchedField) else arb("inf")
+        if not arb(duration) < end:
+            name = leg.domain.name
             raise InputError(
-                f"the control law has breakpoints ({count}) along domain '{domain.name}': no proof of a law of pieces"
+                f"in domain '{name}', {duration:.6g} s long, the control law is not smooth after {float(end):.6g} s "
+                "(a breakpoint): no proof of that"
             )
 
 
 def _leg(gait: Gait, switch: Switch, domain: Domain, transition: Transition) -> Leg:
     """Write a solved stance and the switch that ends it."""
-    pattern, robot, stance = gait.pattern, gait.robot, switch.source
-    symbols, loop = control_of(gait).equations(gait, stance)
+    pattern, robot, stance, control = gait.pattern, gait.robot, switch.source, control_of(gait)
+    numbers = Numbers(parameters=domain.parameters, breakpoints=domain.breakpoints)
+    stretches = control.smooth(gait, numbers)
+    symbols, loop = control.equations(gait, stance, stretches[0].parameters.size)
     x = symbols[1]
     q, v = x[: robot.size], x[robot.size :]
-    field = LoopField(LoopTapes.of(loop, symbols, domain.parameters))
+    at = [symbols[0], x, ca.SX.sym("p", domain.parameters.size)]
 
     gap = pattern.ground.gap(kinematics.foot_position(robot, switch.landing[0], q))
-    guard = ca.Function("guard", symbols, [gap], ARGUMENTS, ["guard"])
+    guard = ca.Function("guard", at, [gap], ARGUMENTS, ["guard"])
     after = reset(pattern.contacts(switch.target), switch, q, v)
     mirrors = pattern.mirrored and switch == pattern.switches[-1]
     state = robot.mirror.state(after) if mirrors else after
     return Leg(
         domain=domain,
         transition=transition,
-        field=field,
+        field=_field(loop, symbols, stretches),
         exit=Surface.of(f"guard of '{switch.name}'", guard, transition.direction, transition.dead_time),
         others=(),
-        margins=_margins(gait, stance, switch, symbols, loop),
-        landing=_landing_margins(gait, switch, symbols),
-        reset=reset_tape(ca.Function("reset", symbols, [state], ARGUMENTS, ["state"])),
-        parameters=field.loop.parameters,
+        margins=_margins(gait, stance, switch, at, loop),
+        landing=_landing_margins(gait, switch, at),
+        reset=reset_tape(ca.Function("reset", at, [state], ARGUMENTS, ["state"])),
+        parameters=tuple(arb(float(value)) for value in domain.parameters),
     )
+
+
+def _field(loop: LoopEquations, symbols: Sequence[ca.SX], stretches: Sequence[Numbers]) -> SwitchedField:
+    """One set of tapes, with the numbers of every stretch."""
+    tapes = LoopTapes.of(loop, symbols, stretches[0].parameters)
+    fields = [LoopField(tapes.at(numbers.parameters)) for numbers in stretches]
+    ends = [arb(numbers.breakpoints[0]) if numbers.breakpoints else arb("inf") for numbers in stretches]
+    return SwitchedField(tuple(fields), tuple(ends))
 
 
 def _margins(gait: Gait, stance: Stance, switch: Switch, symbols: Sequence[ca.SX], loop: LoopEquations) -> Margins:

@@ -52,7 +52,7 @@ def passed(leg: Leg, start: Sequence[arb], order: int, tolerance: float, most: i
     below = _below(leg, clock, state)
     for _ in range(most):
         polynomial = leg.field.polynomial(clock, state, order)
-        length = _length(polynomial, tolerance).mid()
+        length = leg.cut(clock, _length(polynomial, tolerance))
         after = _at(polynomial, length)
         still = _below(leg, clock + length, after)
         if below and not still and not clock + length <= arb(leg.exit.dead_time):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
-from flint import arb
+from flint import arb, ctx
 
 from amble.errors import InputError
 from amble.hybrid import Domain, Transition
@@ -14,6 +14,10 @@ from amble.proof.explicit_field import ExplicitField
 from amble.proof.margins import Margins
 from amble.proof.step import Field, Part
 from amble.proof.tape import Tape, record
+
+
+JUST_BEFORE = arb(2) ** -60
+"""Share of a dead time at which a step ends before its end, so that it is known to lie within."""
 
 
 @dataclass(frozen=True)
@@ -108,9 +112,30 @@ class Leg:
         value, along, drift = guard.at(part.during, part.box, self.parameters)
         return value, sum((slope * rate for slope, rate in zip(along, part.rate, strict=True)), start=drift)
 
+    def cut(self, clock: arb, length: arb) -> arb:
+        """Return a step length that passes no breakpoint, and stops just before the end of a dead time.
+
+        Lengths have half of the precision's bits behind the point, so that clocks are sums without rounding.
+        """
+        length = _rounded_down(length.mid())
+        for guard in (self.exit, *self.others):
+            before = _rounded_down(arb(guard.dead_time) * (1 - JUST_BEFORE))
+            if clock < before and clock + length > before:
+                length = (before - clock).mid()
+        for mark in map(arb, self.domain.breakpoints):
+            if clock < mark and clock + length > mark:
+                length = (mark - clock).mid()
+        return length
+
     def place(self, clock: arb) -> str:
         """Say where along the orbit something happens."""
         return f"in domain '{self.domain.name}' at clock {float(clock):.6g} s"
+
+
+def _rounded_down(length: arb) -> arb:
+    """Return the largest number with half of the precision's bits behind the point; a length below all stays."""
+    grid = arb(2) ** (ctx.prec // 2)
+    return (length * grid).floor().mid() / grid if length * grid > 1 else length.mid()
 
 
 def reset_tape(reset: ca.Function) -> Tape:

@@ -11,7 +11,7 @@ section 6). S picks the first n_q unknowns.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 from flint import arb, arb_mat
@@ -75,6 +75,10 @@ class LoopTapes:
             size=x.shape[0],
             unknowns=z.shape[0],
         )
+
+    def at(self, values: Vector) -> LoopTapes:
+        """Return the same for other values of p."""
+        return replace(self, parameters=tuple(arb(float(value)) for value in values))
 
     def of_matrix(self, values: Sequence[Value], power: int = 0) -> arb_mat:
         """Fill a coefficient of M from its nonzeros."""

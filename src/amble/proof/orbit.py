@@ -44,7 +44,7 @@ class ProvedOrbit:
         state: balls that hold the fixed point.
         shift: balls that hold how far a cycle moves along every translation.
         durations: balls that hold the time spent in every domain, s.
-        derivative: balls that hold DP at the fixed point.
+        derivative: balls that hold DP at the fixed point, and in the box.
         multipliers: balls that hold one of its eigenvalues on the quotient each, those that could be separated.
         weight: W, on the quotient.
         rate: r, proved bound of the spectral radius; above 1 where stability is not proved.
@@ -141,7 +141,7 @@ def prove_orbit(
             reached = f"{float(found.abs_upper()):.3g} of {float(radius):.3g}"
             raise ProofError(f"the interval Newton image leaves the box in '{name}': {reached}")
     state = [value + change for value, change in zip(centre, newton[:size], strict=True)]
-    reduced = quotient(whole.derivative, along)
+    reduced = quotient(whole.derivative, along, [turn.balls(state)[0] for turn in prepared.turns])
     weight, rate = contraction(reduced) if claim is None else claimed(reduced, *claim)
     discs = gershgorin(reduced)
     return ProvedOrbit(

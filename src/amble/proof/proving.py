@@ -96,9 +96,9 @@ def prove_gait(gait: Gait, settings: Settings | None = None, progress: Progress 
     chosen = settings or GAIT_SETTINGS
     require_provable(gait)
     system, found = closed_loop_fixed_point(gait, progress)
-    require_smooth(system, found.monodromy.durations)
     with working_precision(chosen.bits):
         prepared = gait_map(gait, system, chosen.order, chosen.tolerance)
+        require_smooth(prepared, found.monodromy.durations)
         return _prove(prepared, found.state, chosen, progress, half=gait.pattern.mirrored)
 
 

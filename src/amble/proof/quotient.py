@@ -1,10 +1,12 @@
-"""The return map's derivative on the quotient by the translations: its contraction and its eigenvalues, proved.
+"""The return map's derivative on the quotient by the symmetries: its contraction and its eigenvalues, proved.
 
 A system that is invariant under translations Xi has D Xi = Xi S; what is stable or not is the block A of D on the
-quotient (docs/theory/proof.md, section 5).
+quotient (docs/theory/proof.md, section 5). At a fixed point the same holds of (Xi, eta), eta the generator of a turn.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import scipy.linalg
@@ -36,15 +38,25 @@ def translations(system: HybridSystem, state: Vector) -> Matrix:
     return generators(system, state)
 
 
-def quotient(derivative: arb_mat, along: Matrix) -> arb_mat:
-    """Return the block of the derivative on the quotient by the translations.
+def quotient(derivative: arb_mat, along: Matrix, turns: Sequence[Sequence[arb]] = ()) -> arb_mat:
+    """Return the block of the derivative on the quotient by the symmetries.
 
-    With T = (Xi, U) invertible, D Xi = Xi S, so T^-1 D T is block triangular with the quotient's block last.
+    With T = (Xi, eta, U) invertible, D (Xi, eta) = (Xi, eta) S, so T^-1 D T is block triangular with the quotient's
+    block last.
+
+    Args:
+        derivative: D.
+        along: Xi.
+        turns: generators of other symmetries at the fixed point, eta.
     """
-    span, full = complement(along)
-    inverse = exact_matrix(full).inv()
-    turned = (inverse * derivative * exact_matrix(span)).tolist()
-    return arb_mat(turned[along.shape[1] :])
+    symmetric_size = along.shape[1] + len(turns)
+    middle = [[float(value.mid()) for value in turn] for turn in turns]
+    span, full = complement(np.column_stack([along, *middle]))
+    columns = exact_matrix(full).tolist()
+    for row, values in zip(columns, zip(*turns, strict=True), strict=False):
+        row[along.shape[1] : symmetric_size] = values
+    turned = (arb_mat(columns).inv() * derivative * exact_matrix(span)).tolist()
+    return arb_mat(turned[symmetric_size:])
 
 
 def contracts(matrix: arb_mat, weight: Matrix, rate: float) -> bool:

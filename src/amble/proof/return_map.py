@@ -14,6 +14,7 @@ from amble.proof.arithmetic import roomy
 from amble.proof.glide import passed
 from amble.proof.leg import Leg
 from amble.proof.moving_set import MovingSet
+from amble.proof.tape import Tape
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class ReturnMap:
         order: Q of the Taylor steps.
         tolerance: size of a step's remainder that the step length aims at.
         progress: called after every step.
+        turns: generators, tapes over x, of symmetries that are no translations and that the cycle reverses, as the
+            mirror does with a turn about the vertical; that the system has them is the modeller's word.
     """
 
     system: HybridSystem
@@ -33,6 +36,7 @@ class ReturnMap:
     order: int
     tolerance: float
     progress: Progress = silent
+    turns: tuple[Tape, ...] = ()
 
     @classmethod
     def of(cls, system: HybridSystem, order: int, tolerance: float) -> ReturnMap:

@@ -72,9 +72,9 @@ def recomputed(proof: Proof, system: HybridSystem | Gait, progress: Progress = s
         half = isinstance(system, Gait) and system.pattern.mirrored
         if system_hash(prepared) != proof.system or half != proof.half:
             raise InputError("the proof is of another system: the hashes of the expressions differ")
-        _expect_shapes(found, claimed, prepared.system)
+        _expect_shapes(found, claimed, prepared)
         if isinstance(system, Gait):  # the durations claimed hold those of the orbit, as is seen later
-            require_smooth(prepared.system, [float(Fraction(high)) for _, high in claimed.durations])
+            require_smooth(prepared, [float(Fraction(high)) for _, high in claimed.durations])
         orbit = prove_orbit(
             prepared,
             list(map(_exact, found.centre)),
@@ -171,8 +171,9 @@ def _numbered(pairs: Sequence[Pair]) -> dict[str, Pair]:
     return {str(number): pair for number, pair in enumerate(pairs)}
 
 
-def _expect_shapes(found: Found, claimed: Proved, system: HybridSystem) -> None:
-    size, domains = system.state_size - len(system.symmetries), len(system.domains)
+def _expect_shapes(found: Found, claimed: Proved, prepared: ReturnMap) -> None:
+    system = prepared.system
+    size, domains = system.state_size - len(system.symmetries) - len(prepared.turns), len(system.domains)
     fits = len(found.centre) == len(found.radii) == system.state_size and len(found.steps) == domains
     if not (fits and len(claimed.durations) == domains and _square(found.weight, size)):
         raise InputError("the proof has numbers for another number of states or domains")
