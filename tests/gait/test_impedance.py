@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -12,6 +13,7 @@ from amble.control import PseudoInverse
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
+from amble.gait.control_law import Numbers
 from amble.gait.impedance import HOLD, Impedance
 from amble.gait.orbit import orbit_arcs
 from amble.hybrid import HybridSystem
@@ -65,6 +67,30 @@ def test_torques_and_slopes_are_as_written(stabilised_gait: Gait, system: Hybrid
             )
             slope = np.asarray(domain.jacobian(clock, state, domain.parameters)) @ direction
             np.testing.assert_allclose(slope, (ahead - behind) / (2.0 * step), atol=1e-6 * np.abs(slope).max())
+
+
+def test_stretches_are_the_law_between_its_breakpoints(stabilised_gait: Gait, system: HybridSystem) -> None:
+    """To rounding, also at both ends of a stretch from inside; the last ends with the references."""
+    gait, draws = replace(stabilised_gait, control=LAW), np.random.default_rng(2)
+    half, joints = gait.robot.size, len(gait.robot.joints)
+    for domain, stance in zip(system.domains, gait.pattern.solved, strict=True):
+        contacts = gait.pattern.contacts(stance)
+        stretches = LAW.smooth(gait, Numbers(parameters=domain.parameters, breakpoints=domain.breakpoints))
+        ends = [stretch.breakpoints[0] for stretch in stretches]
+        assert (*ends, domain.breakpoints[-1]) == domain.breakpoints
+        assert len(ends) > 2
+        sizes = domain.parameters.size, stretches[0].parameters.size
+        laws = []
+        for size, law in zip(sizes, (LAW.torques, LAW.smooth_torques), strict=True):
+            t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2 * half), ca.SX.sym("p", size)
+            laws.append(ca.Function("torque", [t, x, p], [law(contacts, t, x[:half], x[half:], p)]))
+        for begin, stretch, end in zip([0.0, *ends], stretches, ends, strict=False):
+            for clock in (begin, *draws.uniform(begin, end, 3), np.nextafter(end, 0.0)):
+                state = draws.normal(0.0, 0.3, 2 * half)
+                whole = np.asarray(laws[0](clock, state, domain.parameters)).ravel()
+                alone = np.asarray(laws[1](clock, state, stretch.parameters)).ravel()
+                assert whole.shape == (joints,)
+                np.testing.assert_allclose(alone, whole, rtol=1e-13, atol=1e-11)
 
 
 def test_late_references_go_on_and_then_stand_still(stabilised_gait: Gait, system: HybridSystem) -> None:

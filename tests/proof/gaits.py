@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 from amble.gait import Gait
 from amble.gait.files import load_gait
+from amble.gait.impedance import Impedance
 from amble.proof import Proof, prove_gait
 from amble.proof.verification import Recomputed, recomputed
 
@@ -16,6 +18,12 @@ DATA = Path(__file__).parents[1] / "data"
 @lru_cache(maxsize=1)
 def stabilised() -> Gait:
     return load_gait(DATA / "stabilised-amble.json")
+
+
+@lru_cache(maxsize=1)
+def sprung() -> Gait:
+    """The same orbit under joint impedance with its default gains."""
+    return replace(stabilised(), control=Impedance())
 
 
 @lru_cache(maxsize=1)

@@ -23,8 +23,8 @@ from amble.proof.gait_map import gait_map, require_provable, require_smooth
 from amble.proof.leg import Leg
 from amble.proof.record import system_hash
 from amble.proof.return_map import Enclosure, ReturnMap
+from amble.proof.switched_field import SwitchedField
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
-from tests.hybrids import travelling
 from tests.proof import gaits
 from tests.proof.points import BITS, Rate, landed
 
@@ -43,32 +43,37 @@ def test_a_law_with_corners_is_refused(stabilised_gait: Gait) -> None:
         require_provable(replace(stabilised_gait, law=MinimumPeak()))
 
 
-def test_a_breakpoint_along_the_orbit_is_refused() -> None:
-    system = HybridSystem(
-        [replace(travelling(0.0, 1).domains[0], breakpoints=(0.1, 0.3))], travelling(0.0, 1).transitions
-    )
-    require_smooth(system, [0.05])
-    with pytest.raises(InputError, match=r"breakpoints \(1\) along domain"):
-        require_smooth(system, [0.2])
-
-
-def test_a_proof_of_a_gait_with_a_breakpoint_is_refused_before_it_is_verified(
-    stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """``prove`` never makes such a proof, but a file may hold one; a small system stands for the gait's loop."""
+def marked_map() -> ReturnMap:
+    """A small system that stands for a gait's loop; its law is known to be smooth until 0.1 s alone."""
     rolling = rimless_wheel.rolling()[0]
     marked = HybridSystem([replace(rolling.domains[0], breakpoints=(0.1,))], rolling.transitions, rolling.symmetries)
     with working_precision(64):
         prepared = ReturnMap.of(marked, 4, 0.0)
+        (leg,) = prepared.legs
+        return replace(prepared, legs=(replace(leg, field=SwitchedField((leg.field,), (arb(0.1),))),))
+
+
+def test_an_orbit_longer_than_a_law_of_stretches_is_refused() -> None:
+    require_smooth(marked_map(), [0.05])
+    with pytest.raises(InputError, match=r"in domain 'stance', 0\.2 s long, the control law is not smooth after 0\.1 s"):
+        require_smooth(marked_map(), [0.2])
+
+
+def test_a_proof_of_an_orbit_longer_than_its_law_is_refused_before_it_is_verified(
+    stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``prove`` never makes such a proof, but a file may hold one."""
+    prepared = marked_map()
+    with working_precision(64):
         identity = system_hash(prepared)
     monkeypatch.setattr(verification, "_prepared", lambda *_, **__: prepared)
-    size, symmetries = marked.state_size, len(marked.symmetries)
+    size, symmetries = prepared.system.state_size, len(prepared.system.symmetries)
     numbers = {"bits": 64, "order": 4, "centre": ["0p0"] * size, "radii": ["1p-9"] * size, "steps": [["1p-9"]]}
     weight = np.eye(size - symmetries).tolist()
     found = SimpleNamespace(**numbers, weight=weight, rate=0.5, basin_size=None)
     forged = SimpleNamespace(found=found, system=identity, half=stabilised_gait.pattern.mirrored)
     forged.proved = SimpleNamespace(durations=[("0.19", "0.2")])
-    with pytest.raises(InputError, match=r"breakpoints \(1\) along domain"):
+    with pytest.raises(InputError, match="the control law is not smooth after"):
         verification.verify(forged, stabilised_gait)  # type: ignore[arg-type]
     forged.proved = SimpleNamespace(durations=[])
     with pytest.raises(InputError, match="another number of states or domains"):

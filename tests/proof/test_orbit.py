@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from amble.proof.basin import prove_basin
 from amble.proof.orbit import ProvedOrbit, prove_orbit, refined
 from amble.proof.quotient import contracts
 from amble.proof.return_map import ReturnMap
+from amble.proof.tape import record
 from amble.simulation import simulate
 from amble.stability import fixed_point
 from tests.hybrids import bouncing_ball, travelling, two_phases
@@ -93,6 +96,26 @@ def test_an_orbit_is_proved_modulo_translations() -> None:
     assert not orbit.stable
     assert orbit.unstable is None
     assert float(orbit.shift[0]) == pytest.approx(found.shift["x"], abs=1e-9)
+
+
+def test_an_orbit_that_is_stable_up_to_a_turn() -> None:
+    """The same with its turn: at the fixed point the generator is reversed, so it is a direction of the quotient."""
+    system = travelling(0.0, -1)
+    kept = HybridSystem(system.domains, system.transitions, system.symmetries[:2], system.state_names)
+    found = fixed_point(kept, np.array([0.0, 0.2, 0.0, 0.0, 0.0]))
+    x = ca.SX.sym("x", 5)
+    turn = record(ca.Function("turn", [x], [ca.densify(system.symmetries[2].generator(x))]))
+    with working_precision(BITS):
+        prepared = ReturnMap.of(kept, 14, 1e-22)
+        centre = refined(prepared, found.state, 1e-3 * RADIUS)
+        upright = prove_orbit(prepared, centre, [arb(RADIUS)] * 5)
+        turned = prove_orbit(replace(prepared, turns=(turn,)), centre, [arb(RADIUS)] * 5)
+        assert prove_basin(replace(prepared, turns=(turn,)), turned, 1e-3)[0] is None
+    assert not upright.stable  # the heading has the multiplier -1
+    assert turned.stable
+    estimate = np.linalg.eigvals(found.monodromy.matrix)
+    assert sorted(np.abs(estimate))[2:] == pytest.approx([1.0] * 3, abs=1e-9)
+    assert turned.rate == pytest.approx(sorted(np.abs(estimate))[1], abs=1e-4)
 
 
 def test_a_state_that_is_no_fixed_point_is_refused() -> None:

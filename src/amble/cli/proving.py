@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from amble.cli import options
 from amble.cli.console import progress
 from amble.cli.output import result, show, wrote
 from amble.errors import InputError, shown
@@ -30,6 +31,7 @@ def prove(
         ),
     ],
     out: Annotated[Path, typer.Option(help="Where to write the proof (JSON).")] = Path("proof.json"),
+    control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     verify: Annotated[
         Path | None,
         typer.Option(
@@ -60,7 +62,7 @@ def prove(
     from amble.proof import load_proof, save_proof
     from amble.proof import verify as verified
 
-    subject = _subject(system)
+    subject = _subject(system, control)
     if verify is not None:
         with progress("verifying") as notify:
             verified(load_proof(verify), subject[0] if isinstance(subject, tuple) else subject, notify)
@@ -91,12 +93,14 @@ def _proved(
         return prove_gait(subject, settings, notify)
 
 
-def _subject(argument: str) -> Gait | tuple[HybridSystem, Vector]:
+def _subject(argument: str, control: str | None) -> Gait | tuple[HybridSystem, Vector]:
     """Read a gait file, or find a system with its start in Python."""
     from amble.gait.files import load_gait
 
     if Path(argument).suffix.lower() == ".json":
-        return load_gait(argument)
+        return options.under(load_gait(argument), control)
+    if control is not None:
+        raise InputError("--control is another feedback law of a gait; a system in Python is proved as it is written")
     import numpy as np
 
     from amble.hybrid import HybridSystem
@@ -118,7 +122,9 @@ def _sentences(proof: Proof) -> list[str]:
     if proof.found.rate is not None:
         whole = f", of the whole cycle {nextafter(proof.found.rate**2, 1.0):.10g}" if proof.half else ""
         what = "half a cycle" if proof.half else "a cycle"
-        lines.append(f"proved: exponentially stable, spectral radius of {what} at most {proof.found.rate:.10g}{whole}")
+        turned = len(proof.found.weight) < len(proof.found.centre) - len(proof.proved.shift)
+        how = "exponentially stable" + (" up to a turn about the vertical" if turned else "")
+        lines.append(f"proved: {how}, spectral radius of {what} at most {proof.found.rate:.10g}{whole}")
     elif proof.proved.unstable is not None:
         lines.append(f"proved: unstable, a Floquet multiplier of size at least {proof.proved.unstable}")
     else:

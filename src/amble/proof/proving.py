@@ -37,8 +37,8 @@ class Settings:
 
     bits: int = 128
     order: int = 20
-    tolerance: float = 1e-24
-    radius: float = 1e-17
+    tolerance: float = 1e-25
+    radius: float = 1e-19
     basin: float = 1e-2
 
     def __post_init__(self) -> None:
