@@ -55,7 +55,9 @@ def marked_map() -> ReturnMap:
 
 def test_an_orbit_longer_than_a_law_of_stretches_is_refused() -> None:
     require_smooth(marked_map(), [0.05])
-    with pytest.raises(InputError, match=r"in domain 'stance', 0\.2 s long, the control law is not smooth after 0\.1 s"):
+    with pytest.raises(
+        InputError, match=r"in domain 'stance', 0\.2 s long, the control law is not smooth after 0\.1 s"
+    ):
         require_smooth(marked_map(), [0.2])
 
 

@@ -37,20 +37,19 @@ def proved(system: HybridSystem, guess: np.ndarray, order: int = 14) -> ProvedOr
 
 @pytest.mark.parametrize(("spokes", "slope"), [(6, 0.2), (8, 0.15), (12, 0.05)])
 def test_rimless_wheels_in_closed_form(spokes: int, slope: float) -> None:
-    """The constants of the model are the doubles that the example wrote: cos(2 half) and its half are."""
+    """Enclosures hold the closed forms, of the doubles that the example writes, and are less wide than 1e-8."""
     system = rimless_wheel.rimless_wheel(spokes, slope)
     orbit = proved(system, np.array([slope - np.pi / spokes, rimless_wheel.known_rate(spokes, slope)]))
     with working_precision(BITS):
-        half = arb(np.pi / spokes)
         share = arb(float(np.cos(2 * np.pi / spokes))) ** 2
-        start, end = arb(slope - np.pi / spokes), arb(slope) + half
+        start, end = arb(slope - np.pi / spokes), arb(slope + np.pi / spokes)
         gained = 2 * (start.cos() - end.cos())
         rate = (share * gained / (1 - share)).sqrt()
-        # the example computes slope + half in floating point: 1e-15 of it
-        assert abs(float(orbit.state[1] - rate)) < 1e-14
+        assert orbit.state[1].contains(rate)
         assert float(orbit.state[1].rad()) < 1e-16
         multiplier = max(orbit.multipliers, key=lambda value: float(abs(value).mid()))
-        assert abs(float(multiplier.real - share)) < 1e-9
+        assert multiplier.real.contains(share)
+        assert float(multiplier.real.rad()) < 0.5e-8
         assert orbit.stable
         assert float(share) < orbit.rate < float(share) + 1e-4
 
@@ -60,12 +59,15 @@ def test_the_listed_values_of_the_simplest_walker() -> None:
     long = proved(*simplest_walker.long_step())
     for index, listed in ((0, "0.2003109005442"), (2, "-0.1998324730050")):
         assert abs(float(long.state[index] - arb(listed))) < 0.5e-13
-        assert float(long.state[index].rad()) < 1e-8
+        assert float(long.state[index].rad()) < 0.5e-8
     assert long.stable
     assert 0.58911319 < long.rate < 0.58911319 + 1e-4  # above the multipliers by a share of the distance to 1
     short = proved(*simplest_walker.short_step())
     assert not short.stable
     assert short.unstable is not None
+    assert all(
+        float(part.rad()) < 0.5e-8 for orbit in (long, short) for v in orbit.multipliers for part in (v.real, v.imag)
+    )
     assert float(short.unstable) == pytest.approx(4.00386436, abs=1e-7)
 
 
@@ -154,25 +156,6 @@ def test_the_weight_of_another_orbit_and_a_small_rate_are_refused() -> None:
         assert contracts(orbit.derivative, orbit.weight, orbit.rate)
         assert not contracts(orbit.derivative, np.eye(2), orbit.rate)
         assert not contracts(orbit.derivative, orbit.weight, 0.99 * orbit.rate)
-
-
-def test_a_basin_contracts_as_is_proved() -> None:
-    """Starts on its boundary come closer at the proved rate or faster, by the simulator at 1e-12."""
-    system, start = rimless_wheel.rolling()
-    orbit = proved(system, start)
-    with working_precision(BITS):
-        basin, limit = prove_basin(ReturnMap.of(system, 14, 1e-22), orbit, 1e-3)
-    assert basin is not None
-    assert limit.startswith("on a ball that reaches")
-    assert basin.extent.max() > 1e-6
-    state = np.array([float(value) for value in orbit.state])
-    factor = np.linalg.cholesky(basin.weight).T
-    draws = np.random.default_rng(0)
-    for _ in range(1000):
-        direction = draws.normal(size=2)
-        offset = np.linalg.solve(factor, basin.size * direction / np.linalg.norm(direction))
-        after = simulate(system, state + offset, 1, 1e-12).events[0].after
-        assert np.linalg.norm(factor @ (after - state)) <= basin.rate * basin.size + 1e-9 * basin.size + 1e-11
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9])

@@ -233,7 +233,8 @@ class Impedance(TorqueLaw):
         ends = (*places[0, used[1:]], p[0])
         return tuple(
             Numbers(
-                parameters=frozen(np.concatenate([gains, places[:, k], angles[k], torques[k]])), breakpoints=(float(end),)
+                parameters=frozen(np.concatenate([gains, places[:, k], angles[k], torques[k]])),
+                breakpoints=(float(end),),
             )
             for k, end in zip(used, ends, strict=True)
         )

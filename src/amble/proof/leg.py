@@ -15,7 +15,6 @@ from amble.proof.margins import Margins
 from amble.proof.step import Field, Part
 from amble.proof.tape import Tape, record
 
-
 JUST_BEFORE = arb(2) ** -60
 """Share of a dead time at which a step ends before its end, so that it is known to lie within."""
 

@@ -1,0 +1,111 @@
+"""Balls that are proved to be attracted: a thousand starts on the boundary of each come closer as is proved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from examples import rimless_wheel, simplest_walker
+from flint import arb
+
+from amble.hybrid import HybridSystem
+from amble.proof import GAIT_SETTINGS
+from amble.proof.arithmetic import working_precision
+from amble.proof.basin import Basin, prove_basin
+from amble.proof.gait_map import gait_map
+from amble.proof.leg import Leg
+from amble.proof.loop_field import LoopField
+from amble.proof.orbit import ProvedOrbit, prove_orbit, refined
+from amble.proof.quotient import complement, translations
+from amble.proof.return_map import ReturnMap
+from amble.proof.switched_field import SwitchedField
+from amble.stability import fixed_point
+from amble.stability.closed_loop_orbit import closed_loop_fixed_point
+from amble.types import Vector
+from tests.proof import gaits
+from tests.proof.near import Near, all_near, differences, loop_rate, spread
+from tests.proof.points import BITS, Rate, landed
+
+STARTS, ERROR = 1000, 1e-6
+"""On the boundary; error of their integration as a share of the ball's size: doubling the steps changes less."""
+
+
+def rate_of(leg: Leg) -> Rate:
+    field = leg.field
+    if isinstance(field, SwitchedField):
+        (only,) = field.fields
+        assert isinstance(only, LoopField)
+        return loop_rate(lambda _: only.loop)
+    return lambda clock, state: field.part(clock, state).rate
+
+
+def boundary(basin: Basin, span: Vector, draws: np.random.Generator) -> Vector:
+    """Differences of starts from the fixed point, (k, n_x); of the first none."""
+    factor = np.linalg.cholesky(basin.weight).T
+    directions = draws.normal(size=(STARTS + 1, len(factor)))
+    directions *= basin.size / np.linalg.norm(directions, axis=1, keepdims=True)
+    directions[0] = 0.0
+    return np.linalg.solve(factor, directions.T).T @ span.T
+
+
+def come_closer(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin, cycles: int, accuracy: tuple[int, int]) -> None:
+    """Every start, in every cycle, by integration in 60 digits of the fixed point and of all differences from it."""
+    along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
+    span, _ = complement(along)
+    factor = np.linalg.cholesky(basin.weight).T
+
+    def distances(state: Sequence[Near]) -> Vector:
+        return np.linalg.norm(factor @ span.T @ differences(state).T, axis=0)
+
+    with working_precision(BITS):
+        state = spread([value.mid() for value in orbit.state], boundary(basin, span, np.random.default_rng(0)))
+        before = distances(state)
+        np.testing.assert_allclose(before[1:], basin.size, rtol=1e-9)
+        for _ in range(cycles):
+            for leg, clock in zip(prepared.legs, orbit.durations, strict=True):
+                _, image = landed(leg, rate_of(leg), state, clock.mid(), *accuracy)  # type: ignore[arg-type]
+                state = all_near(image)
+            after = distances(state)
+            assert np.all(after <= basin.rate * before + ERROR * basin.size)
+            before = after
+        back = [value.first - start for value, start in zip(state, orbit.state, strict=True)]
+        moved = span.T @ np.array([float(value.mid()) for value in back])
+        assert np.linalg.norm(factor @ moved) < ERROR * basin.size
+
+
+@pytest.mark.parametrize(
+    ("system", "start", "order", "most"),
+    [
+        pytest.param(*rimless_wheel.rolling(), 14, 1e-3, id="rimless-wheel"),
+        pytest.param(*simplest_walker.long_step(), 14, 1e-4, id="simplest-walker"),
+    ],
+)
+def test_a_thousand_starts_of_a_walker_come_closer(
+    system: HybridSystem, start: Vector, order: int, most: float
+) -> None:
+    """In three cycles, each at the proved rate."""
+    with working_precision(128):
+        prepared = ReturnMap.of(system, order, 1e-22)
+        centre = refined(prepared, fixed_point(system, start).state, 1e-18)
+        orbit = prove_orbit(prepared, centre, [arb(1e-15)] * len(centre))
+        basin, limit = prove_basin(prepared, orbit, most)
+    assert basin is not None
+    assert limit.startswith("on a ball that reaches")
+    assert basin.extent.max() > 5e-8
+    come_closer(prepared, orbit, basin, 3, (6, 8))
+
+
+@pytest.mark.slow
+def test_a_thousand_starts_of_a_gait_come_closer() -> None:
+    gait = gaits.stabilised()
+    system, found = closed_loop_fixed_point(gait)
+    settings = GAIT_SETTINGS
+    with working_precision(settings.bits):
+        prepared = gait_map(gait, system, settings.order, settings.tolerance)
+        centre = refined(prepared, found.state, settings.radius * 1e-3)
+        orbit = prove_orbit(prepared, centre, [arb(settings.radius)] * len(centre))
+        basin, _ = prove_basin(prepared, orbit, settings.basin)
+    assert basin is not None
+    assert basin.extent.max() > 5e-12
+    come_closer(prepared, orbit, basin, 1, (6, 6))
