@@ -49,7 +49,7 @@ def gait_map(gait: Gait, system: HybridSystem, order: int, tolerance: float) -> 
     ]
     kept = {symmetry.name for symmetry in system.symmetries}
     turns = [_generator(found) for found in symmetries(gait, control_of(gait)) if found.name not in kept]
-    return ReturnMap(system, tuple(legs), order, tolerance, turns=tuple(turns))
+    return ReturnMap(system=system, legs=tuple(legs), order=order, tolerance=tolerance, turns=tuple(turns))
 
 
 def _generator(symmetry: Symmetry) -> Tape:

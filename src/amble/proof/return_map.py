@@ -17,7 +17,7 @@ from amble.proof.moving_set import MovingSet
 from amble.proof.tape import Tape
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ReturnMap:
     """A system whose cycle is prepared for enclosures.
 
@@ -42,7 +42,7 @@ class ReturnMap:
     def of(cls, system: HybridSystem, order: int, tolerance: float) -> ReturnMap:
         """Prepare a system; errors as in ``Leg.of`` and ``HybridSystem.cycle``."""
         legs = tuple(Leg.of(domain, leaving, system.leaving(domain.name)) for domain, leaving in system.cycle())
-        return cls(system, legs, order, tolerance)
+        return cls(system=system, legs=legs, order=order, tolerance=tolerance)
 
     def __call__(
         self, centre: Sequence[arb], radii: Sequence[arb], lengths: Sequence[Sequence[arb]] | None = None
