@@ -314,15 +314,23 @@ def test_what_the_file_gives_takes_the_place_of_a_default(tmp_path: Path) -> Non
     assert problem(tmp_path, go2 + "[limits]\nnormal_force = 40\n").limits.standing_force == 40.0  # more than 10 %
 
 
-@pytest.mark.parametrize("gait", ['name = "trot"', 'stances = [["fl", "rr"], ["fr", "rl"]]'])
-def test_the_landing_rule_is_a_key_of_the_gait(tmp_path: Path, gait: str) -> None:
+@pytest.mark.parametrize(
+    ("gait", "default"),
+    [
+        ('name = "trot"', "one by one"),
+        ('name = "bound"', "simultaneous"),
+        ('stances = [["fl", "rr"], ["fr", "rl"]]', "one by one"),
+    ],
+)
+def test_the_landing_rule_is_a_key_of_the_gait(tmp_path: Path, gait: str, default: str) -> None:
     def rule(text: str) -> str:
         path = tmp_path / "gait.toml"
         path.write_text(SMALLEST.replace('name = "amble"', gait + text), encoding="utf-8")
         return problem_of(read_specification(path)).pattern.landing_rule
 
-    assert rule("") == "one by one"
-    assert rule('\nlanding_rule = "simultaneous"') == "simultaneous"
+    assert rule("") == default
+    for known in ("one by one", "simultaneous"):
+        assert rule(f'\nlanding_rule = "{known}"') == known
     with pytest.raises(UnknownNameError, match="unknown landing rule 'any'; known: one by one, simultaneous"):
         rule('\nlanding_rule = "any"')
 

@@ -9,6 +9,7 @@ from amble.errors import InputError, listed
 from amble.hybrid.contact import POINT, Contact
 from amble.hybrid.footfalls import Footfall, stance_table
 from amble.hybrid.ground import FLAT, Ground
+from amble.hybrid.landing import ONE_BY_ONE, SIMULTANEOUS
 from amble.hybrid.pattern import GaitPattern, gait_pattern
 from amble.io.registry import Lookup
 from amble.robot import Robot
@@ -26,11 +27,13 @@ class NamedGait:
         name: the name.
         tables: feet on the ground in every stance, in order; one table for every set of feet that has the gait.
         mirrored: whether the second half of the cycle is the left-right mirror of the first.
+        landing_rule: what happens where several feet land at one switch.
     """
 
     name: str
     tables: tuple[Table, ...]
     mirrored: bool = True
+    landing_rule: str = ONE_BY_ONE
 
     def __call__(self, robot: Robot, ground: Ground = FLAT, contact: Contact = POINT) -> GaitPattern:
         """Return the pattern of a robot.
@@ -40,7 +43,7 @@ class NamedGait:
         """
         for table in self.tables:
             if set(_feet(table)) == set(robot.foot_names):
-                return gait_pattern(robot, table, self.mirrored, self.name, ground, contact)
+                return gait_pattern(robot, table, self.mirrored, self.name, ground, contact, self.landing_rule)
         known = " or ".join(listed(sorted(_feet(table))) for table in self.tables)
         raise InputError(
             f"gait '{self.name}' is for feet called {known}; robot '{robot.name}' has {listed(robot.foot_names)}: name "
@@ -71,7 +74,7 @@ SHIPPED = (
     NamedGait(name="walking trot", tables=((DIAGONALS[0], QUADRUPED, DIAGONALS[1], QUADRUPED),)),
     NamedGait(name="running trot", tables=((DIAGONALS[0], (), DIAGONALS[1], ()),)),
     NamedGait(name="pace", tables=((("fl", "rl"), ("fr", "rr")),)),
-    NamedGait(name="bound", tables=((("fl", "fr"), ("rl", "rr")),), mirrored=False),
+    NamedGait(name="bound", tables=((("fl", "fr"), ("rl", "rr")),), mirrored=False, landing_rule=SIMULTANEOUS),
     NamedGait(name="pronk", tables=((QUADRUPED, ()), (("l", "r"), ())), mirrored=False),
     NamedGait(name="walk", tables=(_one_by_one(0.625), (("l",), ("r",)))),
     NamedGait(name="crawl", tables=(_one_by_one(0.875),)),
@@ -80,7 +83,10 @@ SHIPPED = (
 )
 """What amble ships: trots without and with an overlap on four feet (2-4-2-4) and with flight, pace and bound without
 flight, pronk on all feet at once, walk on three and two feet by turns (3-2-3-2; of a biped on one), crawl on four and
-three (4-3-4-3), the run of a biped, the tripod of a hexapod."""
+three (4-3-4-3), the run of a biped, the tripod of a hexapod.
+
+Feet of a bound land at once: one that lands alone turns the robot about its centre of percussion and drives the foot
+diagonal to it, just released, into the ground, unless it comes down much faster sideways than downwards."""
 
 GAITS: Lookup[Callable[[Robot, Ground, Contact], GaitPattern]] = Lookup("gait")
 """The gaits that a specification can name: from a robot, its ground and its contact to the pattern."""

@@ -162,7 +162,9 @@ def _pattern(section: GaitSection, robot: Robot, ground: Ground, contact: Contac
         )
     if "mirrored" in section.model_fields_set:
         raise InputError("[gait] with a name takes no 'mirrored'; the gait knows that itself")
-    named = replace(GAITS[str(section.name)](robot, ground, contact), landing_rule=section.landing_rule)
+    named = GAITS[str(section.name)](robot, ground, contact)
+    if "landing_rule" in section.model_fields_set:
+        named = replace(named, landing_rule=section.landing_rule)
     return replace(named, mirrored=False) if section.lateral_speed or section.yaw_rate else named
 
 
