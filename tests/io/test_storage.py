@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from amble.errors import InputError, WorkError
-from amble.io.storage import atomic_write, check_file, check_folder, replacing, replacing_folder, sweep
+from amble.io.storage import atomic_write, check_file, check_folder, confined, replacing, replacing_folder, sweep
 from amble.io.storage.files import exchange
 from amble.io.storage.places import workplace
 
@@ -261,3 +261,29 @@ def test_two_folders_are_exchanged_where_the_system_has_no_such_call(
     with workplace(tmp_path) as work:
         exchange(tmp_path / "new", tmp_path / "target", work / "aside")
     assert os.listdir(tmp_path / "target") == ["target"]
+
+
+@pytest.mark.parametrize("link", ["file.txt", "inside", "loop"])
+def test_no_link_in_a_confined_folder_leads_out_of_it(link: str, tmp_path: Path) -> None:
+    """A run or a library from elsewhere may hold a link in the place of a file that is written there."""
+    outside, folder = tmp_path / "outside", tmp_path / "named"
+    outside.mkdir()
+    (tmp_path / "real").mkdir()
+    folder.symlink_to("real")  # what somebody names may be a link
+    target = {"file.txt": outside / "victim", "inside": outside, "loop": Path("loop")}[link]
+    (folder / link).symlink_to(target)
+    place = folder / link / "victim" if link == "inside" else folder / link
+    with confined(folder), pytest.raises(InputError, match="leads out of it" if link != "loop" else "cannot write"):
+        atomic_write(place, "text")
+    assert not list(outside.iterdir())
+    if link != "loop":
+        assert atomic_write(place, "text").read_text() == "text"  # where it is what somebody names
+
+
+def test_links_inside_a_confined_folder_are_followed(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").symlink_to("a")
+    with confined(tmp_path):
+        atomic_write(tmp_path / "b" / "file.txt", "text")
+        atomic_write(tmp_path.parent / f"{tmp_path.name}.txt", "of another place")
+    assert (tmp_path / "a" / "file.txt").read_text() == "text"

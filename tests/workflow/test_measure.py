@@ -66,3 +66,16 @@ def test_earlier_results_that_cannot_be_used_are_refused(content: bytes, tmp_pat
     (tmp_path / "results.json").write_bytes(content)
     with pytest.raises(InputError, match=r"results file '.*results.json'"):
         rewrite_report(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["report.md", "results.json", "figures"])
+def test_a_link_in_the_place_of_a_report_is_not_followed(name: str, tmp_path: Path) -> None:
+    folder, outside = tmp_path / "run", tmp_path / "outside"
+    outside.mkdir()
+    folder.mkdir()
+    (folder / name).symlink_to(outside if name == "figures" else outside / "victim")
+    with pytest.raises(InputError, match="leads out of it"):
+        rewrite_report(folder)
+    with pytest.raises(InputError, match="leads out of it"):
+        rewrite_report(outside, folder)
+    assert not list(outside.iterdir())

@@ -147,3 +147,13 @@ def test_a_forged_trial_is_done_again(
     file.write_text(json.dumps(rows))
     assert folder.read("counting", piece) is None
     assert do_trials(folder, ["counting"], 10)["counting"] == found
+
+
+def test_a_link_in_a_folder_of_trials_is_not_followed(tmp_path: Path, stabilised_gait: Gait) -> None:
+    (tmp_path / "mine").write_text("mine")
+    place = tmp_path / "out" / "trials"
+    place.mkdir(parents=True)
+    (place / "gait.json").symlink_to(tmp_path / "mine")
+    with pytest.raises(InputError, match="leads out of it"):
+        TrialFolder(place=place, gait=stabilised_gait, settings=TrialSettings()).claim()
+    assert (tmp_path / "mine").read_text() == "mine"

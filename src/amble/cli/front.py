@@ -10,6 +10,7 @@ import typer
 from amble.cli.console import print_table, progress
 from amble.cli.output import result, show, wrote
 from amble.errors import InputError, shown
+from amble.io.storage import confined
 
 
 def front(
@@ -48,9 +49,10 @@ def front(
         [p.name for p in found.points],
         [p.best for p in found.points],
     )
-    for path in save(drawn, out / "front"):
-        wrote(path)
-    wrote(write_results(out / "front.json", {"front": found.to_dict()}))
+    with confined(out):
+        for path in save(drawn, out / "front"):
+            wrote(path)
+        wrote(write_results(out / "front.json", {"front": found.to_dict()}))
     result(front=found.to_dict())
     if bears is not None:
         chosen = found.cheapest(bears)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from amble.analysis.proportions import half_survives, wilson
+from amble.io.storage import confined
 from amble.report.figures import save
 from amble.report.figures.robustness import predicted_measured, push_survival
 from amble.report.hover import hover_figure
@@ -145,15 +146,16 @@ def write_robustness(folder: str | Path, found: Robustness) -> tuple[Path, ...]:
         InputError: where the place cannot be written.
     """
     place = Path(folder)
-    written = [write_results(place / RESULTS, {"robustness": found.to_dict()})]
-    figures, drawn = [], []
-    for stem, (figure, caption) in robustness_figures(found).items():
-        written += save(figure, place / FIGURES / stem)
-        figures.append(FigureFile(f"{FIGURES}/{stem}", caption))
-        drawn.append((hover_figure(figure), caption))
-    page = _page(found, tuple(figures))
-    written.append(write_page(place / PAGE, page))
-    written.append(write_html(place / HTML, page, drawn, ()))
+    with confined(place):
+        written = [write_results(place / RESULTS, {"robustness": found.to_dict()})]
+        figures, drawn = [], []
+        for stem, (figure, caption) in robustness_figures(found).items():
+            written += save(figure, place / FIGURES / stem)
+            figures.append(FigureFile(f"{FIGURES}/{stem}", caption))
+            drawn.append((hover_figure(figure), caption))
+        page = _page(found, tuple(figures))
+        written.append(write_page(place / PAGE, page))
+        written.append(write_html(place / HTML, page, drawn, ()))
     return tuple(written)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from amble.analysis import Comparison, ContactReport, Motion, Samples, actuators_for, is_papers, samples_of_gait
 from amble.gait import Gait
+from amble.io.storage import confined, file_at
 from amble.report.allocation import law_table
 from amble.report.figures import (
     base_portraits,
@@ -238,16 +239,17 @@ def write_run(folder: str | Path, run: RunReport) -> tuple[Path, ...]:
         WorkError: where a result is not finite.
     """
     place = Path(folder)
-    written = [write_results(place / RESULTS, run_results(run))]
-    figures, drawn = [], []
-    for stem, (figure, caption) in run_figures(run).items():
-        written += save(figure, place / FIGURES / stem)
-        figures.append(FigureFile(f"{FIGURES}/{stem}", caption))
-        drawn.append((hover_figure(figure), caption))
-    page = _page(run, tuple(figures))
-    written.append(write_page(place / PAGE, page))
-    shown = replay(run.gait, run.simulated, cycles=REPLAYED_CYCLES)
-    written.append(write_html(place / HTML, page, drawn, shown.replays))
+    with confined(place):
+        written = [write_results(place / RESULTS, run_results(run))]
+        figures, drawn = [], []
+        for stem, (figure, caption) in run_figures(run).items():
+            written += save(figure, place / FIGURES / stem)
+            figures.append(FigureFile(f"{FIGURES}/{stem}", caption))
+            drawn.append((hover_figure(figure), caption))
+        page = _page(run, tuple(figures))
+        written.append(write_page(place / PAGE, page))
+        shown = replay(run.gait, run.simulated, cycles=REPLAYED_CYCLES)
+        written.append(write_html(place / HTML, page, drawn, shown.replays))
     return tuple(written)
 
 
@@ -284,6 +286,17 @@ def _summary(run: RunReport) -> str:
     if run.stability is not None:
         sentences.append(f"Spectral radius of the full cycle: {run.stability.radius:.4f}.")
     return " ".join(sentences)
+
+
+def check_run(folder: str | Path) -> None:
+    """Refuse a folder in which a file of ``write_run`` could not be written, before the work whose result it is.
+
+    Raises:
+        InputError: something is in the way, is protected, or is a link that leads elsewhere.
+    """
+    with confined(folder):
+        for path in run_files(folder):
+            file_at(path)
 
 
 def run_files(folder: str | Path) -> tuple[Path, ...]:

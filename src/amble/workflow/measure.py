@@ -26,7 +26,7 @@ from amble.hybrid import GaitPattern
 from amble.progress import Progress, ProgressReport, silent
 from amble.report.allocation import allocation_results, law_table
 from amble.report.results import computing_versions, read_results, seconds_from, settings_from
-from amble.report.run import RESULTS, RunReport, Stability, write_run
+from amble.report.run import RESULTS, RunReport, Stability, check_run, write_run
 from amble.report.stability_results import stability_from
 from amble.simulation import Trace, load_trace
 
@@ -105,6 +105,7 @@ def rewrite_report(
         FallError: the trace holds no whole cycle.
     """
     notify, place = progress or silent, Path(folder)
+    check_run(out or place)
     earlier = read_results(place / RESULTS)
     settings, seconds, known = settings_from(earlier), seconds_from(earlier), stability_from(earlier)
     gait, trace = load_gait(place / GAIT), load_trace(place / TRACE)

@@ -29,7 +29,7 @@ from amble.gait.plant_errors import PlantErrors
 from amble.gait.unilateral_loop import unilateral_loop
 from amble.gait.unilateral_state import Push, unilateral_start
 from amble.io.reader import read_json, read_record
-from amble.io.storage import atomic_write
+from amble.io.storage import atomic_write, confined
 from amble.simulation.walk import walk
 from amble.stability.push_response import impulse_unit, push_of
 from amble.stability.robustness import SURVIVED, Trial, TrialSettings
@@ -157,8 +157,9 @@ class TrialFolder:
                     f"'{self.place}' holds trials of another gait, with other settings or of other code of amble; take "
                     "another folder (--out), or remove it"
                 )
-        save_gait(self.gait, self.place / "gait.json")
-        atomic_write(told, json.dumps(self.content, indent=1) + "\n")
+        with confined(self.place.parent):
+            save_gait(self.gait, self.place / "gait.json")
+            atomic_write(told, json.dumps(self.content, indent=1) + "\n")
 
     @property
     def content(self) -> Json:
@@ -192,7 +193,8 @@ class TrialFolder:
 
     def write(self, engine: str, piece: range, trials: list[Trial]) -> None:
         """Write a piece, whole or not at all."""
-        atomic_write(self.file(engine, piece), json.dumps([asdict(trial) for trial in trials]) + "\n")
+        with confined(self.place.parent):
+            atomic_write(self.file(engine, piece), json.dumps([asdict(trial) for trial in trials]) + "\n")
 
     def read(self, engine: str, piece: range) -> list[Trial] | None:
         """Read a piece; None where it is not there or is not one of these trials."""

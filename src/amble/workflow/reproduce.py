@@ -14,6 +14,7 @@ from amble.errors import FallError
 from amble.gait import Gait
 from amble.gait.closed_loop import trace_units
 from amble.gait.files import save_gait
+from amble.io.storage import confined, folder_at
 from amble.progress import Progress, ProgressReport, silent
 from amble.report.run import RunReport, Stability, run_files, write_run
 from amble.report.stability_results import perturbed_results, stability_of
@@ -104,9 +105,10 @@ def reproduce(
     work.write(SYNTHESIZED, lambda path: save_gait(gait, path))
     found = work.timed("stabilisation", lambda: stabilization(gait, method=method, progress=work.notify))
     work.write(GAIT, lambda path: save_gait(found.gait, path))
-    certificate = work.timed(
-        "certificate", lambda: certify_into(found.gait, work.place(CERTIFICATE), progress=work.keep)
-    )
+    with confined(work.out or "."):
+        certificate = work.timed(
+            "certificate", lambda: certify_into(found.gait, work.place(CERTIFICATE), progress=work.keep)
+        )
     trace, beside = work.timed(
         "simulation",
         lambda: (
@@ -157,8 +159,9 @@ class _Work:
     def write(self, name: str, save: Callable[[Path], Path]) -> None:
         """Write a file, where files are written."""
         place = self.place(name)
-        if place is not None:
-            self.keep(ProgressReport(what="wrote", file=save(place)))
+        if self.out is not None and place is not None:
+            with confined(self.out):
+                self.keep(ProgressReport(what="wrote", file=save(place)))
 
     def draw(self, report: RunReport) -> None:
         """Write figures, page and results, where files are written."""
@@ -175,7 +178,8 @@ class _Work:
         names = (SYNTHESIZED, GAIT, CERTIFICATE, TRACE, PERTURBED)
         for path in (*(self.out / name for name in names), *run_files(self.out)):
             if os.path.isfile(path):
-                path.unlink()
+                with confined(self.out):
+                    (folder_at(path.parent) / path.name).unlink()
 
     def walk(self, gait: Gait, cycles: int, tolerance: float, perturbation: float, name: str) -> Trace:
         """Simulate and write the trace; a fall is an error that leaves the trace."""

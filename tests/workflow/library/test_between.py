@@ -134,3 +134,11 @@ def test_the_command_line_steers_and_exports(
     assert "speed 0.2 to 0.3 (2 gaits)" in header
     assert exit_code("export", str(steerable), "--law", "pinv", "--out", str(tmp_path / "other")) == 2
     assert exit_code("export", str(tmp_path), "--out", str(tmp_path / "other")) == 2
+
+
+def test_a_link_in_the_place_of_transitions_is_not_followed(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "outside").mkdir()
+    (folder / FOLDER).symlink_to(tmp_path / "outside")
+    with pytest.raises(InputError, match="leads out of it"):
+        transitions(folder)
+    assert not list((tmp_path / "outside").iterdir())

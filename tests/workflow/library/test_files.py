@@ -190,3 +190,19 @@ def test_a_forged_record_is_refused(name: str, folder: Path) -> None:
     with pytest.raises(InputError) as refused:
         load_library(folder)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["gaits", "failed", "records", "certificates", "index.csv", "failures.csv"])
+def test_a_link_in_a_library_is_not_followed(name: str, tmp_path: Path, stabilised_gait: Gait) -> None:
+    library = read_library(written(tmp_path, "speed = { range = [0.1, 0.3], step = 0.1 }"))
+    folder, outside = tmp_path / "library", tmp_path / "outside"
+    claim_folder(folder, library)
+    outside.mkdir()
+    (outside / "speed_0.1.json").write_text("mine")
+    (folder / name).symlink_to(outside / "new.csv" if name.endswith("csv") else outside)
+    with pytest.raises(InputError, match="leads out of it"):
+        claim_folder(folder, library)
+    if name in ("gaits", "failed", "records"):
+        with pytest.raises(InputError, match="leads out of it"):
+            write_entry(folder, {"speed": 0.1}, None, Made(stage="check", reason="no", gait=stabilised_gait))
+    assert [path.read_text() for path in outside.iterdir()] == ["mine"]

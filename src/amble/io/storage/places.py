@@ -14,6 +14,7 @@ import os
 import shutil
 import stat
 from collections.abc import Iterator
+from contextvars import ContextVar
 from pathlib import Path
 
 from amble.errors import InputError, WorkError, shown_path
@@ -39,6 +40,9 @@ except ImportError:  # a system without advisory locks: what a killed process le
     fcntl = None  # type: ignore[assignment]
 
 PREFIX = ".amble-"
+
+_CONFINED: ContextVar[tuple[Path, ...]] = ContextVar("confined", default=())
+"""Folders that are written at the moment."""
 
 _OPEN = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
 
@@ -159,6 +163,34 @@ def folder_at(path: str | Path) -> Path:
 
 
 @contextlib.contextmanager
+def confined(folder: str | Path) -> Iterator[None]:
+    """Refuse to write, while the block lasts, through a symbolic link that leads out of a folder.
+
+    A folder from elsewhere, of a run or of a library, may hold a link in the place of a file that is written there. The
+    folder itself, which somebody named, may be a link.
+
+    Args:
+        folder: what is written lies in it.
+    """
+    token = _CONFINED.set((*_CONFINED.get(), Path(folder)))
+    try:
+        yield
+    finally:
+        _CONFINED.reset(token)
+
+
+def _check_confined(path: str | Path, target: Path) -> None:
+    for folder in _CONFINED.get():
+        if Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder)) and not target.is_relative_to(
+            os.path.realpath(folder)
+        ):
+            raise InputError(
+                f"cannot write '{shown_path(path)}': a symbolic link in '{shown_path(folder)}' leads out of it, to "
+                f"'{shown_path(target)}'; remove the link"
+            )
+
+
+@contextlib.contextmanager
 def worded(path: str | Path, target: Path) -> Iterator[None]:
     """Turn the errors of the system at a place into one sentence each.
 
@@ -184,6 +216,7 @@ def _followed(path: str | Path) -> tuple[Path, int | None]:
     """Return the end of a chain of links and its mode; no mode where there is nothing."""
     try:
         target = Path(os.path.realpath(path))
+        _check_confined(path, target)
         try:
             return target, os.stat(target).st_mode
         except FileNotFoundError:

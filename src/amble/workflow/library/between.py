@@ -21,7 +21,7 @@ from amble.gait.impedance import Impedance
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.schedule import Schedule, impedance_schedule
 from amble.io.reader import read_record
-from amble.io.storage import atomic_write, dumps
+from amble.io.storage import atomic_write, confined, dumps, file_at, folder_at
 from amble.progress import Progress, ProgressReport, silent
 from amble.simulation.steering import Steered, Stepper
 from amble.simulation.steering import steer as walk_steered
@@ -99,6 +99,8 @@ def transitions(
     PlantErrors(friction=friction)  # which refuses what is no friction before the work
     found = library if isinstance(library, Library) else load_library(library)
     notify, folder = progress or silent, found.folder / FOLDER
+    with confined(found.folder):
+        file_at(folder_at(folder) / HEADER)
     axes, entries = _grid(found)
     gaits: dict[tuple[float, ...], Gait] = {}
     spans = np.ptp(np.array(list(entries)), axis=0)
@@ -110,10 +112,11 @@ def transitions(
         gaits[place] = stabilization(gait, near=None if near is None else gaits[near]).gait
     schedule = impedance_schedule(gaits, axes)
     tracking = track(schedule, friction=friction, progress=notify)
-    for place, gait in gaits.items():
-        save_gait(gait, folder / f"{entries[place].label}.json")
-    hashes = {entries[place].label: content_hash(gait) for place, gait in sorted(gaits.items())}
-    atomic_write(folder / HEADER, dumps(_tree(schedule, hashes, tracking, friction)) + "\n")
+    with confined(found.folder):
+        for place, gait in gaits.items():
+            save_gait(gait, folder / f"{entries[place].label}.json")
+        hashes = {entries[place].label: content_hash(gait) for place, gait in sorted(gaits.items())}
+        atomic_write(folder / HEADER, dumps(_tree(schedule, hashes, tracking, friction)) + "\n")
     return Transitions(schedule=schedule, changes=tracking.changes, friction=friction)
 
 

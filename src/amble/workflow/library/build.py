@@ -11,6 +11,7 @@ from typing import Literal
 
 from amble.amounts import check_amount
 from amble.errors import InputError, shown_path
+from amble.io.storage import confined, folder_at
 from amble.progress import Progress, ProgressReport, silent
 from amble.types import Json
 from amble.workflow.library.axes import LibrarySpecification, check_ends, label, read_library
@@ -131,7 +132,8 @@ def _one_of(folder: Path, chain: int | None) -> Iterator[None]:
         return
     place = folder / LOCKS / f"{chain}.lock"
     try:
-        place.parent.mkdir(exist_ok=True)
+        with confined(folder):
+            folder_at(place.parent).mkdir(exist_ok=True)
         lock = os.open(place, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o644)
     except OSError as error:
         raise InputError(f"cannot lock '{shown_path(place)}': {error.strerror or error}") from None

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from amble.errors import InputError, WorkError, shown
+from amble.io.storage import confined, folder_at
 from amble.optional import require
 from amble.progress import Progress, ProgressReport
 from amble.workflow.library.axes import LibrarySpecification
@@ -62,7 +63,8 @@ def run_on_cluster(
             f"no HyperQueue server can be reached: start one (hq server start), or name its folder in {SERVER} "
             f"({shown(str(error), 200)})"
         ) from None
-    (folder / LOCKS).mkdir(exist_ok=True)
+    with confined(folder):
+        folder_at(folder / LOCKS).mkdir(exist_ok=True)
     job = Job(max_fails=None, default_workdir=Path.cwd(), name="amble library")
     tasks: dict[Point, Any] = {}
     for number, head in enumerate(heads):

@@ -28,7 +28,7 @@ from amble.errors import InputError, listed, shown, shown_path
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.io.reader import read_json, read_record
-from amble.io.storage import atomic_write, check_folder, dumps
+from amble.io.storage import atomic_write, check_folder, confined, dumps, file_at, folder_at
 from amble.io.table import table_text
 from amble.report import write_results
 from amble.stability.gait_certificate import certificate_to_dict
@@ -162,6 +162,12 @@ def claim_folder(folder: Path, library: LibrarySpecification) -> None:
         "specification": json.loads(json.dumps(library.tree, default=str)),
     }
     path = folder / HEADER
+    folder_at(folder)
+    with confined(folder):  # what cannot be written is known before the work
+        for name in (GAITS, CERTIFICATES, FAILED, RECORDS, LOCKS):
+            folder_at(folder / name)
+        for name in (HEADER, INDEX, FAILURES):
+            file_at(folder / name)
     if os.path.lexists(path):
         known = read_json(path, "library")
         parts = ("format", "format_version", "axes", "specification")
@@ -174,32 +180,35 @@ def claim_folder(folder: Path, library: LibrarySpecification) -> None:
     check_folder(folder)
     if os.path.isdir(folder) and os.listdir(folder):
         raise InputError(f"'{shown_path(folder)}' holds files that are no library; name another folder")
-    atomic_write(path, dumps(tree) + "\n")
+    with confined(folder):
+        atomic_write(path, dumps(tree) + "\n")
 
 
 def write_entry(folder: Path, values: Mapping[str, float], start: str | None, made: Made) -> LibraryEntry:
     """Write what became of one gait; its record is the last file."""
-    certified = made.certificate is not None and not made.reason
-    name, file = label(values), None
-    if made.gait is not None:
-        file = f"{GAITS if certified else FAILED}/{name}.json"
-        save_gait(made.gait, folder / file)
-        (folder / (FAILED if certified else GAITS) / f"{name}.json").unlink(missing_ok=True)
-    if made.gait is not None and made.certificate is not None and certified:
-        write_results(folder / CERTIFICATES / f"{name}.json", certificate_to_dict(made.gait, made.certificate))
-    entry = LibraryEntry(
-        values=dict(values),
-        certified=certified,
-        stage=made.stage,
-        reason=made.reason,
-        file=file,
-        start=start,
-        hash=None if made.gait is None else content_hash(made.gait),
-        numbers=made.numbers,
-        seconds=made.seconds,
-        notes=tuple(made.notes),
-    )
-    atomic_write(record_of(folder, values), dumps({**asdict(entry), "notes": list(entry.notes)}) + "\n")
+    with confined(folder):
+        certified = made.certificate is not None and not made.reason
+        name, file = label(values), None
+        if made.gait is not None:
+            file = f"{GAITS if certified else FAILED}/{name}.json"
+            save_gait(made.gait, folder / file)
+            other = folder_at(folder / (FAILED if certified else GAITS))
+            (other / f"{name}.json").unlink(missing_ok=True)
+        if made.gait is not None and made.certificate is not None and certified:
+            write_results(folder / CERTIFICATES / f"{name}.json", certificate_to_dict(made.gait, made.certificate))
+        entry = LibraryEntry(
+            values=dict(values),
+            certified=certified,
+            stage=made.stage,
+            reason=made.reason,
+            file=file,
+            start=start,
+            hash=None if made.gait is None else content_hash(made.gait),
+            numbers=made.numbers,
+            seconds=made.seconds,
+            notes=tuple(made.notes),
+        )
+        atomic_write(record_of(folder, values), dumps({**asdict(entry), "notes": list(entry.notes)}) + "\n")
     return entry
 
 
@@ -246,10 +255,11 @@ def _floats(numbers: Mapping[str, Any]) -> list[float]:
 
 def write_tables(library: Library) -> tuple[Path, Path]:
     """Write the index of all gaits and the table of what failed."""
-    return (
-        _table(library.folder / INDEX, library.certified, reasons=False),
-        _table(library.folder / FAILURES, library.failures, reasons=True),
-    )
+    with confined(library.folder):
+        return (
+            _table(library.folder / INDEX, library.certified, reasons=False),
+            _table(library.folder / FAILURES, library.failures, reasons=True),
+        )
 
 
 def _table(path: Path, entries: Iterable[LibraryEntry], reasons: bool) -> Path:

@@ -6,6 +6,7 @@ import importlib.util
 import logging
 from pathlib import Path
 
+from amble.io.storage import confined
 from amble.report.figures import gait_map, save
 from amble.workflow.library.axes import UNITS
 from amble.workflow.library.files import Library, LibraryEntry
@@ -36,13 +37,14 @@ def write_maps(library: Library) -> tuple[Path, ...]:
     for key in keys:
         title = next(text for name, text in TITLES.items() if key.startswith(name))
         suffix = key.removeprefix("cost_of_transport").strip("_") if key.startswith("cost_of_transport") else ""
-        figure = gait_map(
-            [entry.values for entry in library.entries],
-            [_number(entry, key) for entry in library.entries],
-            f"{title} ({suffix})" if suffix else title,
-            UNITS,
-        )
-        written += save(figure, library.folder / f"map-{key}")
+        with confined(library.folder):
+            figure = gait_map(
+                [entry.values for entry in library.entries],
+                [_number(entry, key) for entry in library.entries],
+                f"{title} ({suffix})" if suffix else title,
+                UNITS,
+            )
+            written += save(figure, library.folder / f"map-{key}")
     return tuple(written)
 
 
