@@ -105,10 +105,7 @@ def reproduce(
     work.write(SYNTHESIZED, lambda path: save_gait(gait, path))
     found = work.timed("stabilisation", lambda: stabilization(gait, method=method, progress=work.notify))
     work.write(GAIT, lambda path: save_gait(found.gait, path))
-    with confined(work.out or "."):
-        certificate = work.timed(
-            "certificate", lambda: certify_into(found.gait, work.place(CERTIFICATE), progress=work.keep)
-        )
+    certificate = work.timed("certificate", lambda: work.certified(found.gait))
     trace, beside = work.timed(
         "simulation",
         lambda: (
@@ -162,6 +159,11 @@ class _Work:
         if self.out is not None and place is not None:
             with confined(self.out):
                 self.keep(ProgressReport(what="wrote", file=save(place)))
+
+    def certified(self, gait: Gait) -> Certificate:
+        """Certify a gait, and write the certificate where files are written."""
+        with confined(self.out or os.curdir):
+            return certify_into(gait, self.place(CERTIFICATE), progress=self.keep)
 
     def draw(self, report: RunReport) -> None:
         """Write figures, page and results, where files are written."""
