@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import re
+import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -130,6 +132,34 @@ def test_a_window_keeps_an_early_foot_waiting(folder: Path, tmp_path: Path, stab
     assert walk.c.stance == 0
     walk.tick(both, 3)
     assert walk.c.stance == 1
+
+
+def test_a_foot_that_an_impact_unloads_has_not_lifted(folder: Path, tmp_path: Path, stabilised_gait: Gait) -> None:
+    """The amble with its first switch at the lift-off alone, none landing: up for 3 ticks at once, it stays."""
+    tables = (folder / "amble_controller.c").read_text()
+    first = re.search(r"SWITCH\[SWITCHES\] = \{\n  \{0, 1, (\d+)u, (\d+)u\}", tables)
+    assert first is not None
+    lifting = int(first[2])
+    changed = tmp_path / "controller"
+    shutil.copytree(folder, changed)
+    row = first[0].replace(f"1, {first[1]}u", "1, 0u")
+    (changed / "amble_controller.c").write_text(tables.replace(first[0], row))
+    walks = [
+        Walk(ctypes.CDLL(str(built(changed, tmp_path / f"{number}.so", "-shared", "-fPIC", *flags))), stabilised_gait)
+        for number, flags in enumerate(((), ("-DAMBLE_EARLIEST_LIFT_OFF=0",)))
+    ]
+    here = walks[0].stances[0]
+    up = [flag and not lifting >> place & 1 for place, flag in enumerate(here)]
+    half = int(0.5 * walks[0].durations[0] / TICK)
+    assert half > 8
+    for walk in walks:
+        walk.tick(up, 3)
+    assert [walk.c.stance for walk in walks] == [0, 1]  # without the window the stance would be skipped
+    walks[0].tick(here, 2)
+    walks[0].tick(up, half - 5)
+    assert walks[0].c.stance == 0
+    walks[0].tick(up, 2)  # up by then, it has lifted
+    assert walks[0].c.stance == 1
 
 
 def test_a_contact_that_does_not_come_is_waited_for(walk: Walk) -> None:

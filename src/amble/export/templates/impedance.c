@@ -159,10 +159,12 @@ static int between_landings(int stance) { return stance >= AMBLE_GAIT_STANCES; }
 /* Pass one switch that the feet ask for; whether there was one. A foot lands where it is down after it was up. */
 static int switched(amble_controller *c) {
   int i, here = c->stance;
-  if (!between_landings(here) && c->clock < (real)AMBLE_EARLIEST * at(c, DURATION, LAWS, LAW_OF[here])) return 0;
+  real share = c->clock / at(c, DURATION, LAWS, LAW_OF[here]);
+  if (!between_landings(here) && share < (real)AMBLE_EARLIEST) return 0;
   for (i = 0; i < SWITCHES; i++) {
     unsigned landing = SWITCH[i].landing;
     if (SWITCH[i].source != here) continue;
+    if (!landing && share < (real)AMBLE_EARLIEST_LIFT_OFF) continue;
     if (landing ? (c->down & c->clear & landing) != landing : (c->down & SWITCH[i].lifting) != 0) continue;
     c->stance = SWITCH[i].target;
     c->clock = 0;

@@ -50,6 +50,11 @@ typedef double AMBLE_REAL;
 #ifndef AMBLE_EARLIEST
 #define AMBLE_EARLIEST 0.0
 #endif
+/* The same for stances that end where feet lift and none lands: the impact of the foot before may take the load off a
+ * stance foot for some ticks, which is no lift-off. A foot that is up by then leaves there. */
+#ifndef AMBLE_EARLIEST_LIFT_OFF
+#define AMBLE_EARLIEST_LIFT_OFF 0.5
+#endif
 /* Share of the planned duration from which a stance counts as late: @HOLD@, where the references stand still. A contact
  * that does not come leaves the controller there, with the status LATE at every tick; what then is to be done is the
  * caller's decision. */
