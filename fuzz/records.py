@@ -8,9 +8,10 @@ import random
 import shutil
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from fuzz.bytes import damaged
 from fuzz.kinds import biped_urdf, damaged_xml
 from fuzz.trees import as_json, damage, with_literals
 from fuzz.words import LITERALS, NAMES
+
+if TYPE_CHECKING:
+    from amble.gait import Gait
 
 SPEEDS = (0.2, 0.3)
 
@@ -90,38 +94,37 @@ def read_library(path: Path) -> Any:
 
 @cache
 def _folder() -> dict[str, bytes]:
-    """Files of a library of two gaits with its transitions: the gaits are one that is certified."""
-    from dataclasses import replace
+    """Files of a library with its transitions."""
+    from amble.gait.files import load_gait
 
-    from amble.gait.files import content_hash, load_gait, save_gait
+    with tempfile.TemporaryDirectory() as folder:
+        write_library(Path(folder), load_gait(gait_bases.SOUND["biped-of-small-basin"]))
+        return {str(file.relative_to(folder)): file.read_bytes() for file in Path(folder).rglob("*.json")}
+
+
+def write_library(place: Path, gait: Gait) -> None:
+    """Write a library of one gait at two speeds, which it says is certified, with transitions that were not found."""
+    from amble.gait.files import content_hash, save_gait
     from amble.gait.impedance import Impedance
     from amble.workflow.library.entry import Made
     from amble.workflow.library.files import write_entry
 
-    with tempfile.TemporaryDirectory() as folder:
-        place, gait = Path(folder), load_gait(gait_bases.SOUND["biped-of-small-basin"])
-        (place / "library.json").write_text(json.dumps({"format": "amble library", "format_version": 1}))
-        steered = replace(gait, control=Impedance())
-        for speed in SPEEDS:
-            numbers = {
-                "radius": 0.5,
-                "linear_solver": "mumps",
-                "iterations": 12,
-                "from_neighbour": True,
-                "growth": None,
-            }
-            made = Made(stage="certify", reason="no", gait=gait, numbers=numbers, seconds={"solve": 1.5}, notes=["odd"])
-            entry = write_entry(place, {"speed": speed}, None, made)
-            _certified(place, entry.label)
-            save_gait(steered, place / "transitions" / f"{entry.label}.json")
-        told = {
-            **{"format": "amble transitions", "format_version": 1, "axes": ["speed"], "units": ["m/s"]},
-            "gaits": {f"speed_{speed:g}": content_hash(steered) for speed in SPEEDS},
-            **{"changes": [0.01], "friction": 0.7, "walked_changes": [0.02], "contraction_bound_of_a_step": 0.5},
-            "orbits": [{"command": [0.2], "speed_m_s": 0.2, "step_s": 0.15, "radius_of_a_step": 0.5}],
-        }
-        (place / "transitions" / "transitions.json").write_text(json.dumps(told))
-        return {str(file.relative_to(place)): file.read_bytes() for file in place.rglob("*.json")}
+    place.mkdir(exist_ok=True)
+    (place / "library.json").write_text(json.dumps({"format": "amble library", "format_version": 1}))
+    steered = replace(gait, control=Impedance())
+    for speed in SPEEDS:
+        numbers = {"radius": 0.5, "linear_solver": "mumps", "iterations": 12, "from_neighbour": True, "growth": None}
+        made = Made(stage="certify", reason="no", gait=gait, numbers=numbers, seconds={"solve": 1.5}, notes=["odd"])
+        entry = write_entry(place, {"speed": speed}, None, made)
+        _certified(place, entry.label)
+        save_gait(steered, place / "transitions" / f"{entry.label}.json")
+    told = {
+        **{"format": "amble transitions", "format_version": 1, "axes": ["speed"], "units": ["m/s"]},
+        "gaits": {f"speed_{speed:g}": content_hash(steered) for speed in SPEEDS},
+        **{"changes": [0.01], "friction": 0.7, "walked_changes": [0.02], "contraction_bound_of_a_step": 0.5},
+        "orbits": [{"command": [0.2], "speed_m_s": 0.2, "step_s": 0.15, "radius_of_a_step": 0.5}],
+    }
+    (place / "transitions" / "transitions.json").write_text(json.dumps(told))
 
 
 def _certified(place: Path, label: str) -> None:

@@ -23,6 +23,8 @@ from amble.gait.files import load_gait
 from amble.simulation import load_trace
 from amble.synthesis.specification import read_specification
 from amble.types import Json
+from amble.workflow.library import load_transitions
+from fuzz.records import write_library
 from tests.cli.run import exit_code
 
 pytestmark = pytest.mark.skipif(
@@ -31,6 +33,7 @@ pytestmark = pytest.mark.skipif(
 GAIT = Path(__file__).parents[1] / "data" / "stabilised-amble.json"
 BIPED = str(GAIT.with_name("biped-of-small-basin.json"))
 """Followed in half the time."""
+STEERED = ("--commands", "{inputs}/commands.csv", "--duration", "0.3")
 SHORT = ("--control", "impedance", "--case", "nominal", "--cycles", "1")
 WHEEL = str(GAIT.parents[2] / "examples" / "rimless_wheel.py")
 SENTENCE = {
@@ -47,11 +50,13 @@ class Case:
         arguments: of amble; they end with the place of the result, and {inputs} is the folder of ``inputs``.
         whole: reads a result; raises where it is not whole.
         kills: of the 200 and more that all commands together are given.
+        begin: folder of ``inputs`` that is there as the result before the first run.
     """
 
     arguments: tuple[str, ...]
     whole: Callable[[Path], object]
     kills: int = 18
+    begin: str = ""
 
 
 def _controller(folder: Path) -> None:
@@ -83,6 +88,13 @@ def _files(folder: Path) -> None:
             readers.get(path.suffix, Path.read_bytes)(path)
 
 
+def _table(path: Path) -> None:
+    rows = path.read_text().split("\n")
+    assert rows[0].startswith("time,asked_speed,")
+    assert len({row.count(",") for row in rows[:-1]}) == 1
+    assert rows[-1] == ""
+
+
 CASES = {
     "export": Case(("export", str(GAIT), "--law", "pinv", "--out"), _controller),
     "compare": Case(("compare", BIPED, "--law", "pinv", "--out"), _json),
@@ -99,6 +111,8 @@ CASES = {
     "robustness": Case(("robustness", BIPED, "--trials", "2", "--cycles", "2", "--out"), _files, kills=6),
     "front": Case(("front", BIPED, "--out"), _files, kills=6),
     "library": Case(("library", "{inputs}/library.toml", "--out"), _files, kills=6),
+    "transitions": Case(("transitions",), load_transitions, kills=6, begin="steerable"),
+    "steer": Case(("steer", "{inputs}/steerable", *STEERED, "--out"), _table, kills=12),
     "reproduce": Case(("reproduce", "--spec", "{inputs}/spec.toml", "--cycles", "2", "--out"), _files, kills=9),
 }
 """Every command that writes."""
@@ -115,6 +129,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = (resources.files("amble.specifications") / "astro-amble.toml").read_text()
     coarse = re.sub(r"intervals = \d+", "intervals = 6\nrefinement = 1", text)
     (folder / "spec.toml").write_text(coarse)
+    write_library(folder / "steerable", load_gait(GAIT))
+    (folder / "commands.csv").write_text("time,speed\n0,0.2\n0.1,0.25\n")
     (folder / "library.toml").write_text(f"{coarse}\n[library.axes]\nspeed = {{ range = [0.18, 0.2], step = 0.02 }}\n")
     return folder
 
@@ -196,6 +212,8 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def kill_often(name: str, folder: Path, cache: Path, inputs: Path, kills: int, seed: int) -> None:
     case, chance = CASES[name], random.Random(f"{name} {seed}")
+    if case.begin:
+        shutil.copytree(inputs / case.begin, folder / "result")
     finish(case, folder, cache, inputs)
     duration = finish(case, folder, cache, inputs)
     for index in range(kills):
@@ -222,10 +240,8 @@ def test_many_kills(name: str, tmp_path: Path, warm: Path, inputs: Path) -> None
 
 def test_every_command_that_writes_is_killed_often() -> None:
     silent = {"check", "robots", "doctor"}
-    untried = {"transitions", "steer"}  # they take a library, which takes longer to make than all else here
-    assert {
-        command.name or getattr(command.callback, "__name__", "") for command in app.registered_commands
-    } - silent - untried == set(CASES)
+    commands = {command.name or getattr(command.callback, "__name__", "") for command in app.registered_commands}
+    assert commands - silent == set(CASES)
     assert sum(case.kills for case in CASES.values()) >= 200
 
 

@@ -142,3 +142,20 @@ def test_a_link_in_the_place_of_transitions_is_not_followed(folder: Path, tmp_pa
     with pytest.raises(InputError, match="leads out of it"):
         transitions(folder)
     assert not list((tmp_path / "outside").iterdir())
+
+
+def test_transitions_are_replaced_as_a_whole(steerable: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gaits of an earlier run do not stay beside those of the next, also where it is interrupted."""
+    place = steerable / FOLDER
+    (place / "speed_0.9.json").write_text("{}")
+    before = {path.name: path.read_bytes() for path in place.iterdir()}
+    with monkeypatch.context() as patch:
+        patch.setattr(between, "dumps", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            transitions(steerable, friction=0.6)
+    assert {path.name: path.read_bytes() for path in place.iterdir()} == before
+    transitions(steerable, friction=0.6)
+    assert sorted(path.name for path in place.iterdir()) == ["speed_0.2.json", "speed_0.3.json", HEADER]
+    (place / "thesis.tex").touch()
+    with pytest.raises(InputError, match=r"'thesis\.tex' in it was not written by this command"):
+        transitions(steerable)

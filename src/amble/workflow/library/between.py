@@ -21,7 +21,7 @@ from amble.gait.impedance import Impedance
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.schedule import Schedule, impedance_schedule
 from amble.io.reader import read_record
-from amble.io.storage import atomic_write, confined, dumps, file_at, folder_at
+from amble.io.storage import atomic_write, check_replaceable, confined, dumps, replacing_folder
 from amble.progress import Progress, ProgressReport, silent
 from amble.simulation.steering import Steered, Stepper
 from amble.simulation.steering import steer as walk_steered
@@ -100,7 +100,7 @@ def transitions(
     found = library if isinstance(library, Library) else load_library(library)
     notify, folder = progress or silent, found.folder / FOLDER
     with confined(found.folder):
-        file_at(folder_at(folder) / HEADER)
+        check_replaceable(folder, _ours)
     axes, entries = _grid(found)
     gaits: dict[tuple[float, ...], Gait] = {}
     spans = np.ptp(np.array(list(entries)), axis=0)
@@ -112,11 +112,11 @@ def transitions(
         gaits[place] = stabilization(gait, near=None if near is None else gaits[near]).gait
     schedule = impedance_schedule(gaits, axes)
     tracking = track(schedule, friction=friction, progress=notify)
-    with confined(found.folder):
+    hashes = {entries[place].label: content_hash(gait) for place, gait in sorted(gaits.items())}
+    with confined(found.folder), replacing_folder(folder, _ours) as fresh:
         for place, gait in gaits.items():
-            save_gait(gait, folder / f"{entries[place].label}.json")
-        hashes = {entries[place].label: content_hash(gait) for place, gait in sorted(gaits.items())}
-        atomic_write(folder / HEADER, dumps(_tree(schedule, hashes, tracking, friction)) + "\n")
+            save_gait(gait, fresh / f"{entries[place].label}.json")
+        atomic_write(fresh / HEADER, dumps(_tree(schedule, hashes, tracking, friction)) + "\n")
     return Transitions(schedule=schedule, changes=tracking.changes, friction=friction)
 
 
@@ -187,6 +187,11 @@ def _grid(found: Library) -> tuple[tuple[str, ...], dict[tuple[float, ...], Libr
             f"the library has several values of {listed(others)}, which no command can change; build one with one value"
         )
     return axes, {tuple(entry.values[name] for name in axes): entry for entry in entries}
+
+
+def _ours(name: str) -> bool:
+    """Whether a file of this name may be one of earlier transitions."""
+    return name.endswith(".json")
 
 
 def _distance(place: Sequence[float], other: Sequence[float], spans: Sequence[float]) -> float:
