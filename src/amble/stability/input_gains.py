@@ -6,7 +6,9 @@ With w a disturbance that acts in every cycle, xi the deviation from the orbit a
 
 where W and r are those of the certificate, r^2 W - A^T W A > 0: so |xi|_W comes below gamma sup |w| with the
 input-to-state gain gamma = |b|_W / (1 - r) (docs/theory/robustness.md, section 5). W is scaled so that |xi|_W is at
-least the size of xi in units of l and sqrt(l / g). b is a central difference of a walk through one cycle.
+least the size of xi in units of l and sqrt(l / g). b is a central difference of a walk through one cycle. Where feet
+land one by one A and b are those of an order of landing: W and r serve all orders of half a cycle, and b is the larger
+of the slopes to both sides, whose orders differ.
 """
 
 from __future__ import annotations
@@ -29,8 +31,10 @@ from amble.robot.natural_units import natural_units
 from amble.simulation.flow import Flow
 from amble.simulation.prepared import PreparedDomain
 from amble.simulation.walk import HybridArc, walk
+from amble.stability.common_bound import common_bound
 from amble.stability.disturbance import to_units
 from amble.stability.group import closest_shift
+from amble.stability.landing_orders import orders_of
 from amble.stability.lyapunov import quadratic_bound
 from amble.stability.spectrum import Spectrum, multipliers
 from amble.types import Json, Matrix, Vector
@@ -147,7 +151,7 @@ class CycleMap:
 
         Raises:
             FallError: the motion does not come back.
-            InputError: the gait is not stable, or not stabilised.
+            InputError: the gait is not stable, in every order of landing, or not stabilised.
         """
         if gait.feedback is None:
             raise InputError("the gait does not hold its closed loop's own orbit; stabilise it first")
@@ -159,13 +163,12 @@ class CycleMap:
                 "under this control law"
             )
         change = to_units(spectrum, natural_units(gait.robot, gait.robot.leg_length))
-        bound = quadratic_bound(spectrum.matrix)
+        metric, rate = _contraction(gait, state, spectrum)
         back = np.linalg.inv(change)
-        least = float(np.linalg.eigvalsh(back.T @ bound.metric @ back).min())
+        least = float(np.linalg.eigvalsh(back.T @ metric @ back).min())
         return cls(
-            gait=gait, loop=loop, state=state, spectrum=spectrum, metric=bound.metric / least, rate=bound.rate,
-            change=change,
-        )  # fmt: skip
+            gait=gait, loop=loop, state=state, spectrum=spectrum, metric=metric / least, rate=rate, change=change
+        )
 
     def reduced(self, moved: Vector) -> Vector:
         """Return a change of the entry state one cycle later modulo the symmetries, in the basis of the spectrum."""
@@ -186,6 +189,19 @@ class CycleMap:
         """Derivative of the symmetry that the entry is moved along in a cycle, (2 n_q, 2 n_q)."""
         return closest_shift(self.loop, self.state, self.usual.events[-1].after[: self.state.size]).matrix
 
+    def response(self, kind: Disturbance) -> Vector:
+        """Return b of a disturbance of natural size one."""
+        ahead, behind = (self._walked(kind, sign * STEP) for sign in (1.0, -1.0))
+        if not orders_of(self.gait):
+            return self.reduced((ahead - behind) / (2.0 * STEP))
+        usual = self.usual.events[-1].after[: self.state.size]
+        return max((self.reduced(moved / STEP) for moved in (ahead - usual, usual - behind)), key=self.weighted)
+
+    def _walked(self, kind: Disturbance, size: float) -> Vector:
+        """Walk one cycle with an error of a size."""
+        system = on_unilateral_ground(self.gait, self.loop, kind.errors(size, STICKY))
+        return entered(self.gait, system, self.state)
+
     def weighted(self, response: Vector) -> float:
         """Return |b|_W of a response."""
         return float(np.sqrt(response @ self.metric @ response))
@@ -202,6 +218,26 @@ class CycleMap:
             weighted=weighted,
             gain=weighted / (1.0 - self.rate),
         )
+
+
+def _contraction(gait: Gait, state: Vector, spectrum: Spectrum) -> tuple[Matrix, float]:
+    """Return W and r of a gait cycle; where feet land one by one they serve every order of landing.
+
+    Raises:
+        InputError: nothing serves all orders.
+    """
+    orders = orders_of(gait)
+    if not orders:
+        bound = quadratic_bound(spectrum.matrix)
+        return bound.metric, bound.rate
+    loops = [closed_loop(gait, half=True, orders=order) for order in orders]
+    common = common_bound([multipliers(loop, state, TOLERANCE).matrix for loop in loops])
+    if not common.rate < 1.0:
+        raise InputError(
+            f"no quadratic function contracts in all orders of landing (the best to {common.rate:.4g}), so "
+            "disturbances may add up: stabilise the gait under this control law"
+        )
+    return common.metric, common.rate ** (2 if gait.pattern.mirrored else 1)
 
 
 def entered(
@@ -237,13 +273,6 @@ def input_gains(cycle: CycleMap, progress: Progress | None = None) -> tuple[Inpu
     found = []
     for number, kind in enumerate(kinds):
         notify(ProgressReport(what=f"gain of {kind.name}", done=number, of=len(kinds)))
-        images = [_walked(cycle, kind, sign * STEP) for sign in (1.0, -1.0)]
-        response = cycle.reduced((images[0] - images[1]) / (2.0 * STEP))
+        response = cycle.response(kind)
         found.append(cycle.gain(kind.name, kind.unit, kind.natural, response))
     return tuple(found)
-
-
-def _walked(cycle: CycleMap, kind: Disturbance, size: float) -> Vector:
-    """Walk one cycle with an error of a size."""
-    system = on_unilateral_ground(cycle.gait, cycle.loop, kind.errors(size, STICKY))
-    return entered(cycle.gait, system, cycle.state)

@@ -6,7 +6,8 @@ direction: two differences a phase give every direction. Two predictions of how 
 - by W: it moves the next entry by |b|_W per impulse, so the impulse that a gait takes goes as 1 / |b|_W;
 - by contact: the impulse at which the first foot in contact would pull or leave its friction cone.
 
-Both are linear; neither knows of steps that land elsewhere (docs/theory/robustness.md, section 6).
+Both are linear; neither knows of steps that land elsewhere (docs/theory/robustness.md, section 6). Where feet land one
+by one a difference is the mean of the two orders that the two pushes make.
 """
 
 from __future__ import annotations
@@ -33,6 +34,9 @@ SHARE = 0.067
 CYCLES, SAMPLES = 2, 21
 
 PHASES = 12
+
+FAR = 1e9
+"""Reserve of a foot that is not in contact, weights."""
 
 
 def push_duration(robot: Robot) -> float:
@@ -113,7 +117,8 @@ def push_response(cycle: CycleMap, friction: float, progress: Progress | None = 
             moved = (traces[0].section[whole] - traces[1].section[whole])[: cycle.state.size] / (2.0 * unit)
             entries[k, axis] = cycle.reduced(moved)
             ahead, behind = (_reserves(cycle, trace, friction) for trace in traces)
-            slopes[k, axis] = (ahead - behind) / (2.0 * unit)
+            stands = np.max([usual, ahead, behind], axis=0) < FAR  # in other orders of landing others stand between
+            slopes[k, axis] = np.where(stands, (ahead - behind) / (2.0 * unit), 0.0)
     return PushResponse(
         phases=phases,
         entries=entries,
@@ -145,7 +150,7 @@ def _reserves(cycle: CycleMap, trace: Trace, friction: float) -> Vector:
     """Normal force and reserve of the cone of every foot in contact at every sample, weights; far from 0 elsewhere."""
     robot, (normal, load) = cycle.gait.robot, _forces(cycle, trace)
     both = np.stack([normal, friction * normal - load]) / (robot.mass * robot.gravity)
-    return np.where(trace.signals["contact"] > 0.5, both, 1e9).ravel()
+    return np.where(trace.signals["contact"] > 0.5, both, FAR).ravel()
 
 
 def _friction_used(cycle: CycleMap, trace: Trace) -> float:

@@ -52,8 +52,8 @@ def robustness(
         progress: called with what is being done.
 
     Raises:
-        InputError: the gait is not stable or not stabilised, its feet land one by one, an engine cannot walk it, or the
-            folder holds other trials.
+        InputError: the gait is not stable or not stabilised, it turns, an engine cannot walk it, or the folder holds
+            other trials.
         FallError: a walk with a small disturbance does not come back.
         WorkError: a worker fails.
     """
