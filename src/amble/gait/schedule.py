@@ -20,6 +20,7 @@ from amble.gait.control_law import Numbers, TorqueLaw
 from amble.gait.impedance import GROUP, HOLD, Impedance
 from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.record import Gait
+from amble.hybrid import SIMULTANEOUS
 from amble.numerics.pieces import FAR, ORDER, SAMPLES, Pieces, padded, piece
 from amble.types import NodeValues, Vector, frozen
 
@@ -184,7 +185,10 @@ def _check(
                 + (" (turning gaits have no mirror)" if gait.pattern.mirrored != first.pattern.mirrored else "")
             )
     if any(gait.pattern.steps != gait.pattern.all_switches for gait in gaits.values()):
-        raise InputError("between gaits whose feet land one by one there is no interpolation yet")
+        raise InputError(
+            "between gaits whose feet land one by one there is no interpolation yet; gaits of landing_rule = "
+            f'"{SIMULTANEOUS}" ([gait], GaitPattern) are interpolated'
+        )
 
 
 def _shares(arcs: Sequence[OrbitArc]) -> Vector:
