@@ -207,7 +207,7 @@ def test_multipliers_of_another_mesh_do_not_reach_the_solver(
     assert reached[1] is None
 
 
-@pytest.mark.parametrize("first", [1, 3])
+@pytest.mark.parametrize("first", [1, 4])
 def test_what_is_not_solved_is_tried_from_a_coarser_mesh(
     small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, first: int
 ) -> None:
@@ -230,7 +230,7 @@ def test_what_is_not_solved_is_tried_from_a_coarser_mesh(
     else:
         with pytest.raises(GaitNotSolvedError, match="Maximum_Iterations_Exceeded") as caught:
             synthesize(problem, solver="giving up")
-        assert tried == [8, 4]
+        assert tried == [8, 4, 4]  # the third is the one whose feet land as fast as they like
         assert (caught.value.last.domains[0].times.size - 1) // 2 == 8
 
 
@@ -253,7 +253,7 @@ def test_a_refused_system_is_left_to_half_the_intervals_before_mumps(
     monkeypatch.setitem(SOLVERS._entries, "ipopt", whole)
     with pytest.raises(GaitNotSolvedError):
         synthesize(replace(small_problem, intervals=8))
-    assert tried == [("structured", 8, 250), ("structured", 4, 166), ("whole", 8, 166)]
+    assert tried == [("structured", 8, 250), *[("structured", 4, 125)] * 2, ("whole", 8, 497)]
 
 
 @pytest.mark.slow

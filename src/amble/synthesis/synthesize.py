@@ -15,6 +15,7 @@ from amble.errors import InputError, NotSolvedError, listed, printable
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
 from amble.robot.kinematics import foot_position
+from amble.robot.natural_units import velocity_unit
 from amble.robot.plausibility import doubts
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.problem import GaitProblem
@@ -93,8 +94,11 @@ def _outside(problem: GaitProblem) -> list[str]:
     return found
 
 
-COARSER, FIRST_TRY = 8, 250
-"""Intervals from which a problem that is not solved in so many iterations is tried from one of half the intervals."""
+COARSER, FIRST_TRY, LATER_TRY = 8, 250, 125
+"""Intervals from which what is not solved in so many iterations is tried from half of them, each in so many more."""
+
+FAST_LANDING = 10.0
+"""Velocity of landing feet in sqrt(g l) that no gait reaches."""
 
 SINGULAR = 0.1
 """Share of an internal torque that the joints left out hold (``least_share``), below which other outputs are chosen."""
@@ -134,8 +138,8 @@ def synthesize(
             a walk that kinematics alone draws.
         tolerance: the solver's tolerance on the scaled problem.
         most_iterations: give up after so many. With multipliers the first 40 are a try with them, the rest one without.
-            Without a start what is not solved after 250 is tried by way of half the intervals with the rest; where the
-            structured solver refused a system, by MUMPS last.
+            Without a start what is not solved after 250 is tried by way of half the intervals with the rest
+            (``_by_several_ways``); where the structured solver refused a system, by MUMPS last.
         progress: called after every iteration.
         solver: name of a registered solver.
 
@@ -183,38 +187,67 @@ def _solved(
     return gait
 
 
+class _Tries:
+    """Solves for one problem that share their iterations."""
+
+    def __init__(self, tolerance: float, most_iterations: int, progress: Progress | None) -> None:
+        self.tolerance, self.left, self.progress = tolerance, most_iterations, progress
+
+    def solve(self, problem: GaitProblem, start: Gait | None, run: Solver, most: int) -> Gait:
+        """Solve once, with at most so many iterations; errors as ``synthesize``."""
+        begin = None if start is None else replace(start, multipliers=None)
+        try:
+            gait = _solved(problem, begin, run, self.tolerance, max(min(most, self.left), 1), self.progress)
+        except GaitNotSolvedError as error:
+            self.left -= error.iterations
+            raise
+        self.left -= gait.solver.iterations
+        return gait
+
+
 def _by_several_ways(
     problem: GaitProblem, run: Solver, tolerance: float, most_iterations: int, progress: Progress | None
 ) -> Gait:
     """Solve on the whole mesh; else by way of half the intervals, another way through the same problem and a cheap one.
 
-    Where the structured solver refused a system MUMPS comes last: a system takes it many times as long, and HyQ's trot
-    with feet that land one by one, refused on 15 intervals, is solved on 8.
+    Half the intervals are solved from the kinematic walk, then from a gait whose feet may land as fast as they like:
+    HyQ's trot, refused on 15 intervals, is solved on 8, Vision60's bound only from such a gait. Where the structured
+    solver refused a system MUMPS comes last: a system takes it many times as long.
 
     Raises:
         GaitNotSolvedError: no way helps; the error is that of the whole mesh.
     """
     quick = ipopt_structured if run is ipopt else run
+    tries = _Tries(tolerance, most_iterations, progress)
     try:
-        return _solved(problem, None, quick, tolerance, FIRST_TRY, progress)
+        return tries.solve(problem, None, quick, FIRST_TRY)
     except GaitNotSolvedError as error:
         unsolved = error
-    share = max((most_iterations - unsolved.iterations) // (3 if unsolved.refused else 2), 1)
     half = replace(problem, intervals=(problem.intervals + 1) // 2)
-    try:
-        coarse = _solved(half, None, quick, tolerance, share, progress)
-        found = _solved(problem, replace(coarse, multipliers=None), quick, tolerance, share, progress)
-    except NotSolvedError:
-        if not unsolved.refused:
-            raise unsolved from None
-        return _solved(problem, None, run, tolerance, share, progress)
-    logger.warning(
-        "not solved on %d intervals from the kinematic walk (%s), but from the gait of %d intervals",
-        problem.intervals,
-        unsolved.status,
-        half.intervals,
-    )
-    return found
+    for eased in (False, True):
+        try:
+            start = tries.solve(_eased(half), None, quick, LATER_TRY) if eased else None
+            coarse = tries.solve(half, start, quick, LATER_TRY)
+            found = tries.solve(problem, coarse, quick, LATER_TRY)
+        except NotSolvedError:
+            continue
+        logger.warning(
+            "not solved on %d intervals from the kinematic walk (%s), but from the gait of %d intervals",
+            problem.intervals,
+            unsolved.status,
+            half.intervals,
+        )
+        return found
+    if not unsolved.refused:
+        raise unsolved
+    return tries.solve(problem, None, run, most_iterations)
+
+
+def _eased(problem: GaitProblem) -> GaitProblem:
+    """Leave the velocity open at which feet land, but that they come down."""
+    fast = FAST_LANDING * velocity_unit(problem.pattern.robot)
+    landing = ((-fast, fast), (-fast, fast), (-fast, problem.limits.touchdown_velocity[2][1]))
+    return replace(problem, limits=replace(problem.limits, touchdown_velocity=landing))
 
 
 def regular_outputs(problem: GaitProblem, gait: Gait) -> Outputs:
