@@ -59,6 +59,17 @@ def test_a_ball_on_an_oscillating_table_is_met_at_the_first_top(below: float, se
     assert trace.time[-1] == pytest.approx(first, abs=1e-11 / np.sqrt(below))
 
 
+@pytest.mark.parametrize("below", [1e-6, 1e-8, 1e-10])
+def test_the_first_top_is_met_with_the_defaults(below: float) -> None:
+    """Its level 1e-8 below the top, the ball was met at the second top, at 7.854 instead of 1.571 s."""
+    x = ca.SX.sym("x", 2)
+    table = Domain.from_expressions("table", x, ca.vertcat(x[1], -x[0]))
+    meet = Transition.from_expressions("table", "table", x, x[0] - (1 - below), x, +1)
+    trace = simulate(HybridSystem([table], [meet]), np.array([0.0, 1.0]), 1)
+    # a height that is wrong by e crosses 2 sqrt(2 e) about the top, and the integrator's tolerance is 1e-8
+    assert trace.time[-1] == pytest.approx(np.pi / 2, abs=np.sqrt(2 * below) + 2 * np.sqrt(2e-8))
+
+
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("seed", range(8))
 def test_no_excursion_longer_than_the_longest_step_is_missed(way: Way, seed: int) -> None:

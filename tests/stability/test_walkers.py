@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import runpy
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from examples import rimless_wheel, simplest_walker, three_link_walker
 
 from amble.errors import CertificateError
 from amble.simulation import simulate
-from amble.stability import certify, contraction, section_distances
+from amble.stability import FixedPoint, Spectrum, certify, contraction, section_distances
 
 MULTIPLIERS = 1e-6
 PERIOD = 1e-7
@@ -96,3 +98,24 @@ def test_measured_contraction_agrees_with_the_radius() -> None:
 def test_the_examples_run(script: str, capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(Path(__file__).parents[2] / "examples" / f"{script}.py"), run_name="__main__")
     assert "multiplier" in capsys.readouterr().out
+
+
+KNOWN: dict[str, Callable[[], tuple[FixedPoint, Spectrum]]] = {
+    "simplest long": lambda: simplest_walker.find_orbit(simplest_walker.simplest_walker(), simplest_walker.LONG_STEP),
+    "simplest short": lambda: simplest_walker.find_orbit(simplest_walker.simplest_walker(), simplest_walker.SHORT_STEP),
+    "wheel 6": lambda: rimless_wheel.find_orbit(rimless_wheel.rimless_wheel(6, 0.2), 6, 0.2),
+    "wheel 8": lambda: rimless_wheel.find_orbit(rimless_wheel.rimless_wheel(8, 0.15), 8, 0.15),
+    "wheel 12": lambda: rimless_wheel.find_orbit(rimless_wheel.rimless_wheel(12, 0.05), 12, 0.05),
+    "three-link": lambda: three_link_walker.find_orbit(three_link_walker.three_link_walker()),
+}
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_walkers_are_what_they_were(name: str) -> None:
+    """States, periods and multipliers as they were when the hybrid core knew neither excursions nor sliding."""
+    known = json.loads((Path(__file__).parents[1] / "data" / "known-walkers.json").read_text())[name]
+    orbit, spectrum = KNOWN[name]()
+    np.testing.assert_allclose(orbit.state, known["state"], rtol=0.0, atol=1e-9)
+    assert orbit.period == pytest.approx(known["period"], rel=0.0, abs=1e-9)
+    for pair in known["multipliers"]:
+        assert np.abs(spectrum.multipliers - complex(*pair)).min() < 1e-9

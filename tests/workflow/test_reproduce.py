@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from amble.errors import CertificateError, WorkError
@@ -18,7 +19,7 @@ from amble.progress import ProgressReport
 from amble.report.run import run_files
 from amble.residual import Residual
 from amble.workflow import Run, reproduce
-from amble.workflow.specified import PosedProblem, pose
+from amble.workflow.specified import PosedProblem, pose, solve
 from tests.workflow import stored
 from tests.workflow.stored import hand_out
 
@@ -94,3 +95,13 @@ def test_a_run_is_a_record_and_writes_only_where_told(
     assert run.trace.cycles == run.perturbed.cycles == 3
     assert run.report.settings["specification"] == "astro-amble.toml"
     assert set(run.report.seconds) == {"synthesis", "stabilisation", "certificate", "simulation", "measurement"}
+
+
+@pytest.mark.slow
+def test_the_gait_is_what_it_was(posed: PosedProblem) -> None:
+    """Objective and torques as they were before records, readers and hybrid core were made anew."""
+    gait = solve(posed)
+    assert gait.solver.objective == pytest.approx(335.6710043788579, rel=1e-8)
+    assert gait.period == pytest.approx(2 * (0.10813643181658195 + 0.061752230294531654), abs=1e-7)
+    for domain, peak in zip(gait.domains, (12.640768013659118, 12.350006521474652), strict=True):
+        assert np.abs(domain.torques).max() == pytest.approx(peak, abs=1e-5)
