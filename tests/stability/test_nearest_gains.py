@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from amble.stability import stabilize
 from amble.stability.gain_search import GainSearch
 from amble.stability.nearest_gains import nearest_gains
 from amble.stability.weight_search import Closed
+from amble.types import Vector
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +29,23 @@ def test_gains_that_are_good_enough_stay(gain_search: GainSearch, start: Closed)
     found, reason = nearest_gains(gain_search, start, 0.95, silent)
     assert found is start
     assert reason == "a spectral radius of 0.95 is enough"
+
+
+def test_one_quadratic_function_has_to_serve_all_orders_of_landing(
+    start: Closed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of Go2's trot each order's radius was 0.86, their common bound 1.24: no certificate."""
+    found = iter([(0.8, 1.2), (0.85, 0.9), (0.1, 0.2)])
+
+    def close(theta: Vector) -> Closed:
+        radius, bound = next(found)
+        return replace(start, theta=theta, passages=2 * start.passages, radius=radius, bound=bound)
+
+    search: Any = SimpleNamespace(evaluate=None, bounds=None, radius=lambda _: 0.5, close=close)
+    monkeypatch.setattr("amble.stability.nearest_gains.least_bound", lambda _, theta, *__, **___: theta + 1.0)
+    ends, reason = nearest_gains(search, replace(start, passages=2 * start.passages, bound=1.3), 0.95, silent)
+    assert (ends.radius, ends.bound) == (0.85, 0.9)
+    assert reason == "gains nearest to those of the start with a spectral radius of at most 0.95"
 
 
 def test_radius_along_the_stored_orbit_is_that_of_the_closed_loop(gain_search: GainSearch, start: Closed) -> None:
