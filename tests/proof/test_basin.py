@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from examples import rimless_wheel, simplest_walker
-from flint import arb
+from flint import arb, arb_mat
 
 from amble.hybrid import HybridSystem
 from amble.proof import GAIT_SETTINGS
-from amble.proof.arithmetic import working_precision
+from amble.proof.arithmetic import column, exact_matrix, working_precision
 from amble.proof.basin import Basin, prove_basin
 from amble.proof.gait_map import gait_map
 from amble.proof.leg import Leg
 from amble.proof.loop_field import LoopField
+from amble.proof.moving_set import MovingSet
 from amble.proof.orbit import ProvedOrbit, prove_orbit, refined
-from amble.proof.quotient import complement, translations
+from amble.proof.quotient import complement, contracts, contracts_along, factored, translations
 from amble.proof.return_map import ReturnMap
 from amble.proof.switched_field import SwitchedField
 from amble.stability import fixed_point
@@ -74,6 +76,58 @@ def come_closer(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin, cycles: i
         assert np.linalg.norm(factor @ moved) < ERROR * basin.size
 
 
+def test_a_moving_ball_holds_its_points() -> None:
+    """Points of it under linear maps that lie in the enclosed slopes; its hull is less wide than that of a box."""
+    draws = np.random.default_rng(3)
+    with working_precision(128):
+        centre = [arb(float(value)) for value in draws.normal(size=4)]
+        off = [arb(float(value), 1e-6) for value in 1e-6 * draws.normal(size=4)]
+        basis = exact_matrix(draws.normal(size=(4, 3)))
+        start = here = MovingSet.ball(centre, off, basis, arb(2.0**-10))
+        directions = draws.normal(size=(50, 3))
+        ys = 2.0**-10 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        points = [[c.mid() + o.mid() for c, o in zip(centre, off, strict=True)] for _ in ys]
+        points = [
+            [p + m for p, m in zip(point, (basis * column([arb(float(v)) for v in y])).entries(), strict=True)]
+            for point, y in zip(points, 0.999 * ys, strict=True)
+        ]
+        for _ in range(3):
+            slope, width = draws.normal(size=(4, 4)), 1e-7
+            wide = arb_mat(4, 4, [value + arb(0, width) for value in exact_matrix(slope).entries()])
+            here = here.moved((exact_matrix(slope) * column(here.centre)).entries(), wide)
+            inner = exact_matrix(slope + width * draws.uniform(-0.9, 0.9, (4, 4)))
+            middle = column(centre)
+            points = [(exact_matrix(slope) * middle + inner * (column(point) - middle)).entries() for point in points]
+            centre = (exact_matrix(slope) * middle).entries()
+        hull = here.hull()
+        assert all(ball.contains(value) for point in points for ball, value in zip(hull, point, strict=True))
+        reached = max(
+            float(abs(value - ball.mid())) / float(ball.rad())
+            for point in points
+            for value, ball in zip(point, hull, strict=True)
+        )
+        assert reached > 0.8
+        boxed = replace(start, rounded=False).hull()
+        assert all(outer.contains(inner_ball) for outer, inner_ball in zip(boxed, start.hull(), strict=True))
+
+
+def test_a_contraction_along_the_ball_is_one_along_the_states() -> None:
+    draws = np.random.default_rng(4)
+    with working_precision(128):
+        for _ in range(20):
+            matrix, root = 0.4 * draws.normal(size=(3, 3)), draws.normal(size=(3, 3))
+            weight = root @ root.T + 0.1 * np.eye(3)
+            weight = 0.5 * (weight + weight.T)
+            factors = factored(weight)
+            assert factors is not None
+            size = np.linalg.norm(
+                np.linalg.cholesky(weight).T @ matrix @ np.linalg.inv(np.linalg.cholesky(weight).T), 2
+            )
+            for rate in (size * (1 - 1e-9), size * (1 + 1e-9)):
+                along = contracts_along(exact_matrix(matrix) * factors[1], weight, rate)
+                assert along == contracts(exact_matrix(matrix), weight, rate) == (rate > size)
+
+
 @pytest.mark.parametrize(
     ("system", "start", "order", "most"),
     [
@@ -92,7 +146,7 @@ def test_a_thousand_starts_of_a_walker_come_closer(
         basin, limit = prove_basin(prepared, orbit, most)
     assert basin is not None
     assert limit.startswith("on a ball that reaches")
-    assert basin.extent.max() > 5e-8
+    assert basin.extent.max() > 1e-5
     come_closer(prepared, orbit, basin, 3, (6, 8))
 
 

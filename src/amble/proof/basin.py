@@ -1,7 +1,8 @@
 """A proved region of attraction: the largest ball that was found on which the return map contracts.
 
-Over a box that holds the ball, every matrix A in the enclosure of the derivative obeys docs/theory/proof.md, eq. 4, so
-the map is a contraction in the norm of W on the ball.
+With S close to T^-1, W close to T^T T, the ball is x* + U S y, |y| <= size: it is followed as such, not as a box, and
+what is enclosed is the derivative along y, (DP) U S. Where every matrix A S in it obeys docs/theory/proof.md, eq. 4, the
+map is a contraction in the norm of W on the ball.
 """
 
 from __future__ import annotations
@@ -10,13 +11,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from flint import arb
+from flint import arb, arb_mat
 
 from amble.progress import Progress, ProgressReport
-from amble.proof.arithmetic import largest, midpoints, radius
+from amble.proof.arithmetic import exact_matrix, largest, midpoints
+from amble.proof.arithmetic import radius as ball_radius
 from amble.proof.errors import ProofError
+from amble.proof.moving_set import MovingSet
 from amble.proof.orbit import Lengths, ProvedOrbit
-from amble.proof.quotient import complement, contracts, lyapunov, quotient, translations
+from amble.proof.quotient import complement, contracts_along, factored, lyapunov, quotient, translations
 from amble.proof.return_map import ReturnMap
 from amble.types import Matrix, Vector
 
@@ -111,22 +114,26 @@ def contraction_on_ball(
     if prepared.turns:
         raise ProofError(NO_TURNS)
     along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
-    span, _ = complement(along)
-    # |U v|_i <= |v|_W sqrt((U W^-1 U^T)_ii); what rounding spoils here, the share below is far more
-    reach = np.sqrt(np.diag(span @ np.linalg.inv(weight) @ span.T))
-    off = [(value - centre).abs_upper() for value, centre in zip(orbit.state, orbit.centre, strict=True)]
-    radii = [(arb(float(size * value)) * WIDER + extra).upper() for value, extra in zip(reach, off, strict=True)]
+    span, full = complement(along)
+    factors = factored(weight)
+    if factors is None:
+        raise ProofError("the weight of the ball is not proved to be positive definite")
+    # with w = S y, S close to T^-1, |y| is |w|_W up to rounding, and the share below is far more
+    basis = exact_matrix(span) * factors[1]
+    off = [value - centre for value, centre in zip(orbit.state, orbit.centre, strict=True)]
+    radius = (arb(size) * WIDER).mid()
     # steps need not be more accurate than the set is small
-    coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * float(largest(radii))))
-    found = coarse(orbit.centre, radii, lengths)
+    reach = size * float(np.sqrt(np.diag(np.linalg.inv(weight))).max())
+    coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * reach))
+    found = coarse.of_set(MovingSet.ball(orbit.centre, off, basis, radius), lengths)
     if lengths is None:
         found = found.roomy()
-    reduced = quotient(found.derivative, along)
+    moved = arb_mat((exact_matrix(full).inv() * found.derivative).tolist()[along.shape[1] :])
     for rate in rates:
-        if rate < 1.0 and contracts(reduced, weight, rate):
+        if rate < 1.0 and contracts_along(moved, weight, rate):
             extent = size * np.sqrt(np.diag(np.linalg.inv(weight)))
             return Basin(
                 weight=weight, size=size, extent=extent, rate=rate, lengths=[arc.lengths for arc in found.arcs]
             )
-    width = 2.0 * float(largest(map(radius, found.derivative.entries())))
-    raise ProofError(f"a contraction does not follow: the derivative is {width:.3g} wide")
+    width = 2.0 * float(largest(map(ball_radius, (factors[0] * moved).entries())))
+    raise ProofError(f"a contraction does not follow: the derivative, in coordinates of the ball, is {width:.3g} wide")

@@ -1,9 +1,10 @@
 """A set of states that moves with the flow, with the derivative of the way it came.
 
-The starts are {c_0 + [-rho, rho]}. Where c_0 has come to lies in {c + sum_k L_k e_k} with an exact point c, exact
-matrices L_k and small boxes e_k, one for every step; the derivative with respect to the start is V + sum_k L_k E_k with
-exact V and matrices of balls E_k; so every start has come to c + sum L_k e_k + (V + sum L_k E_k) [-rho, rho] (mean
-value). A map with image of c in the box y, and slope J = J_m + [-R, R] over the set, takes them to
+The starts are {c_0 + [-rho, rho]}, or {c_0 + B y, |y| <= rho}, of which y is called the start from here on. Where c_0
+has come to lies in {c + sum_k L_k e_k} with an exact point c, exact matrices L_k and small boxes e_k, one for every step;
+the derivative with respect to the start is V + sum_k L_k E_k with exact V and matrices of balls E_k; so every start has
+come to c + sum L_k e_k + (V + sum L_k E_k) [-rho, rho] (mean value). A map with image of c in the box y, and slope
+J = J_m + [-R, R] over the set, takes them to
 
     c' = mid y,   L_k' = mid(J_m L_k),   and a new term L' = 1,  e' = y - c' + [-R, R] sum L_k e_k,               (1)
 
@@ -16,7 +17,7 @@ is gathered in one box that follows an orthogonal factor (Lohner 1988).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from flint import arb, arb_mat
@@ -47,25 +48,47 @@ class MovingSet:
     """A set of states and the derivative of the map that made it.
 
     Attributes:
-        radii: rho, n_x balls about zero.
+        radii: rho, balls about zero, one for every start coordinate.
         centre: c, n_x exact balls.
-        slope: V, exact.
+        slope: V, exact, a column for every start coordinate.
         terms: L_k, e_k, E_k, the oldest first.
+        rounded: whether the starts are a ball, of the first radius in the Euclidean norm, and no box.
     """
 
     radii: list[arb]
     centre: list[arb]
     slope: arb_mat
     terms: tuple[Term, ...] = ()
+    rounded: bool = False
 
     @classmethod
     def about(cls, centre: Sequence[arb], radii: Sequence[arb]) -> MovingSet:
         """Return the box about an exact centre, with the identity as the derivative."""
         return cls(radii=[symmetric(radius) for radius in radii], centre=list(centre), slope=identity(len(centre)))
 
+    @classmethod
+    def ball(cls, centre: Sequence[arb], off: Sequence[arb], basis: arb_mat, radius: arb) -> MovingSet:
+        """Return the ball {c + B y, |y| <= radius} about points c that a box holds, with B as the derivative.
+
+        Args:
+            centre: exact.
+            off: box that holds c - centre.
+            basis: B, balls.
+            radius: exact.
+        """
+        exact = basis.mid()
+        term = Term(carrier=identity(len(centre)), box=column(off), slope_box=basis - exact)
+        radii = [symmetric(radius)] * basis.ncols()
+        return cls(radii=radii, centre=list(centre), slope=exact, terms=(term,), rounded=True)
+
     def hull(self) -> list[arb]:
         """Return a box that holds the set."""
-        around = (self.derivative() * column(self.radii)).entries()
+        derivative = self.derivative()
+        if self.rounded:
+            lengths = [sum((value * value for value in row), start=arb(0)) for row in derivative.tolist()]
+            around = [symmetric(length.abs_upper().sqrt()) * self.radii[0] for length in lengths]
+        else:
+            around = (derivative * column(self.radii)).entries()
         return [at + extra for at, extra in zip(self.middle(), around, strict=True)]
 
     def middle(self) -> list[arb]:
@@ -99,7 +122,7 @@ class MovingSet:
             box, slope_box = box + left * term.box, slope_box + left * term.slope_box
             carried.append(Term(carrier=whole.mid(), box=term.box, slope_box=term.slope_box))
         new = Term(carrier=identity(len(centre)), box=box, slope_box=slope_box)
-        return MovingSet(radii=self.radii, centre=centre, slope=product.mid(), terms=(*carried, new))
+        return replace(self, centre=centre, slope=product.mid(), terms=(*carried, new))
 
     def _missed(self) -> arb_mat:
         """Return sum L_k e_k as a column."""

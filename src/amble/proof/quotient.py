@@ -49,14 +49,14 @@ def quotient(derivative: arb_mat, along: Matrix, turns: Sequence[Sequence[arb]] 
         along: Xi.
         turns: generators of other symmetries at the fixed point, eta.
     """
-    symmetric_size = along.shape[1] + len(turns)
+    neutral = along.shape[1] + len(turns)
     middle = [[float(value.mid()) for value in turn] for turn in turns]
     span, full = complement(np.column_stack([along, *middle]))
     columns = exact_matrix(full).tolist()
     for row, values in zip(columns, zip(*turns, strict=True), strict=False):
-        row[along.shape[1] : symmetric_size] = values
+        row[along.shape[1] : neutral] = values
     turned = (arb_mat(columns).inv() * derivative * exact_matrix(span)).tolist()
-    return arb_mat(turned[symmetric_size:])
+    return arb_mat(turned[neutral:])
 
 
 def contracts(matrix: arb_mat, weight: Matrix, rate: float) -> bool:
@@ -68,16 +68,26 @@ def contracts(matrix: arb_mat, weight: Matrix, rate: float) -> bool:
 
     is positive definite: this is close to r^2 - (T A S)^T (T A S), well conditioned though W is not.
     """
-    w = exact_matrix(weight)
-    factor = _factor(w)
-    if factor is None:
+    factors = factored(weight)
+    return factors is not None and contracts_along(matrix * factors[1], weight, rate)
+
+
+def contracts_along(moved: arb_mat, weight: Matrix, rate: float) -> bool:
+    """Whether the same holds for every matrix A S in the balls, S of ``factored``: sharper where that was enclosed."""
+    factors, w = factored(weight), exact_matrix(weight)
+    if factors is None:
         return False
-    upper = factor.mid()
-    inverse = upper.inv().mid()
-    turned, moved = upper * matrix * inverse, matrix * inverse
+    upper, inverse = factors
+    turned = upper * moved
     rest = moved.transpose() * (w - upper.transpose() * upper) * moved
     kept = inverse.transpose() * w * inverse
     return _positive_definite(arb(rate) ** 2 * kept - turned.transpose() * turned - rest)
+
+
+def factored(weight: Matrix) -> tuple[arb_mat, arb_mat] | None:
+    """Return T with W = T^T T up to rounding and S close to T^-1, exact; None where W may be singular."""
+    factor = _factor(exact_matrix(weight))
+    return None if factor is None else (factor.mid(), factor.mid().inv().mid())
 
 
 def complement(along: Matrix) -> tuple[Matrix, Matrix]:

@@ -57,7 +57,11 @@ class ReturnMap:
         Raises:
             ProofError: what could not be proved.
         """
-        here, arcs = MovingSet.about(centre, radii), list[Arc]()
+        return self.of_set(MovingSet.about(centre, radii), lengths)
+
+    def of_set(self, here: MovingSet, lengths: Sequence[Sequence[arb]] | None = None) -> Enclosure:
+        """Enclose the map over a set at the entry of the first domain; as for a box."""
+        arcs = list[Arc]()
         for number, leg in enumerate(self.legs):
             known = None if lengths is None else lengths[number]
             arc = follow(leg, here, self.order, self.tolerance, known, progress=self.progress)
@@ -85,7 +89,7 @@ class Enclosure:
         arcs: through the domains.
         centre: box that holds the image of the centre.
         image: box that holds the image of every start.
-        derivative: balls that hold the derivative at every start.
+        derivative: balls that hold the derivative at every start, along the coordinates of the set.
     """
 
     arcs: tuple[Arc, ...]
@@ -95,10 +99,10 @@ class Enclosure:
 
     def roomy(self) -> Enclosure:
         """Return it with room for what another precision makes of it; margins have theirs (``arc.follow``)."""
-        size = self.derivative.nrows()
+        rows, columns = self.derivative.nrows(), self.derivative.ncols()
         return Enclosure(
             arcs=tuple(replace(arc, duration=roomy(arc.duration)) for arc in self.arcs),
             centre=list(map(roomy, self.centre)),
             image=list(map(roomy, self.image)),
-            derivative=arb_mat(size, size, list(map(roomy, self.derivative.entries()))),
+            derivative=arb_mat(rows, columns, list(map(roomy, self.derivative.entries()))),
         )
