@@ -1,8 +1,8 @@
 """A proved region of attraction: the largest ball that was found on which the return map contracts.
 
 With S close to T^-1, W close to T^T T, the ball is x* + U S y, |y| <= size: it is followed as such, not as a box, and
-what is enclosed is the derivative along y, (DP) U S. Where every matrix A S in it obeys docs/theory/proof.md, eq. 4, the
-map is a contraction in the norm of W on the ball.
+what is enclosed is the derivative along y, (DP) U S. Where every matrix A S in it obeys docs/theory/proof.md, eq. 4,
+the map is a contraction in the norm of W on the ball.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """A set of states that moves with the flow, with the derivative of the way it came.
 
 The starts are {c_0 + [-rho, rho]}, or {c_0 + B y, |y| <= rho}, of which y is called the start from here on. Where c_0
-has come to lies in {c + sum_k L_k e_k} with an exact point c, exact matrices L_k and small boxes e_k, one for every step;
-the derivative with respect to the start is V + sum_k L_k E_k with exact V and matrices of balls E_k; so every start has
-come to c + sum L_k e_k + (V + sum L_k E_k) [-rho, rho] (mean value). A map with image of c in the box y, and slope
-J = J_m + [-R, R] over the set, takes them to
+has come to lies in {c + sum_k L_k e_k} with an exact point c, exact matrices L_k and small boxes e_k, one for every
+step; the derivative with respect to the start is V + sum_k L_k E_k with exact V and matrices of balls E_k; so every
+start has come to c + sum L_k e_k + (V + sum L_k E_k) [-rho, rho] (mean value). A map with image of c in the box y, and
+slope J = J_m + [-R, R] over the set, takes them to
 
     c' = mid y,   L_k' = mid(J_m L_k),   and a new term L' = 1,  e' = y - c' + [-R, R] sum L_k e_k,               (1)
 

@@ -164,12 +164,11 @@ def gershgorin(matrix: arb_mat) -> list[tuple[acb, bool]]:
     With T of approximate eigenvectors the discs of T^-1 A T are small (Gershgorin's theorem); one that meets no other
     holds exactly one eigenvalue. Empty where T cannot be inverted.
     """
-    _, vectors = np.linalg.eig(midpoints(matrix))
-    size = len(vectors)
-    basis = acb_mat(size, size, [acb(float(v.real), float(v.imag)) for v in vectors.astype(complex).reshape(-1)])
     try:
+        # at the working precision: what floating point misses of T widens the discs of eigenvalues that are close
+        basis = acb_mat(matrix.mid()).eig(right=True, algorithm="approx")[1].mid()
         turned = (basis.inv() * acb_mat(matrix) * basis).tolist()
-    except ZeroDivisionError:
+    except (ZeroDivisionError, ValueError):
         return []
     balls = []
     for i, row in enumerate(turned):
