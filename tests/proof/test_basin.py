@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,20 +11,18 @@ from examples import rimless_wheel, simplest_walker
 from flint import arb, arb_mat
 
 from amble.hybrid import HybridSystem
-from amble.proof import GAIT_SETTINGS
-from amble.proof.arithmetic import column, exact_matrix, working_precision
-from amble.proof.basin import Basin, prove_basin
-from amble.proof.gait_map import gait_map
+from amble.proof import verification
+from amble.proof.arithmetic import column, exact_matrix, from_decimals, working_precision
+from amble.proof.basin import prove_basin
 from amble.proof.leg import Leg
 from amble.proof.loop_field import LoopField
 from amble.proof.moving_set import MovingSet
-from amble.proof.orbit import ProvedOrbit, prove_orbit, refined
+from amble.proof.orbit import prove_orbit, refined
 from amble.proof.quotient import complement, contracts, contracts_along, factored, translations
 from amble.proof.return_map import ReturnMap
 from amble.proof.switched_field import SwitchedField
 from amble.stability import fixed_point
-from amble.stability.closed_loop_orbit import closed_loop_fixed_point
-from amble.types import Vector
+from amble.types import Matrix, Vector
 from tests.proof import gaits
 from tests.proof.near import Near, all_near, differences, loop_rate, spread
 from tests.proof.points import BITS, Rate, landed
@@ -42,7 +40,18 @@ def rate_of(leg: Leg) -> Rate:
     return lambda clock, state: field.part(clock, state).rate
 
 
-def boundary(basin: Basin, span: Vector, draws: np.random.Generator) -> Vector:
+@dataclass(frozen=True, kw_only=True)
+class Ball:
+    """What is proved: |x - x*| in the norm of W falls to a share of it or less, from everywhere in a ball."""
+
+    weight: Matrix
+    size: float
+    rate: float
+    state: list[arb]
+    durations: list[arb]
+
+
+def boundary(basin: Ball, span: Matrix, draws: np.random.Generator) -> Matrix:
     """Differences of starts from the fixed point, (k, n_x); of the first none."""
     factor = np.linalg.cholesky(basin.weight).T
     directions = draws.normal(size=(STARTS + 1, len(factor)))
@@ -51,27 +60,27 @@ def boundary(basin: Basin, span: Vector, draws: np.random.Generator) -> Vector:
     return np.linalg.solve(factor, directions.T).T @ span.T
 
 
-def come_closer(prepared: ReturnMap, orbit: ProvedOrbit, basin: Basin, cycles: int, accuracy: tuple[int, int]) -> None:
+def come_closer(prepared: ReturnMap, basin: Ball, cycles: int, accuracy: tuple[int, int]) -> None:
     """Every start, in every cycle, by integration in 60 digits of the fixed point and of all differences from it."""
-    along = translations(prepared.system, np.array([float(value) for value in orbit.centre]))
+    along = translations(prepared.system, np.array([float(value) for value in basin.state]))
     span, _ = complement(along)
     factor = np.linalg.cholesky(basin.weight).T
 
     def distances(state: Sequence[Near]) -> Vector:
-        return np.linalg.norm(factor @ span.T @ differences(state).T, axis=0)
+        return np.asarray(np.linalg.norm(factor @ span.T @ differences(state).T, axis=0))
 
     with working_precision(BITS):
-        state = spread([value.mid() for value in orbit.state], boundary(basin, span, np.random.default_rng(0)))
+        state = spread([value.mid() for value in basin.state], boundary(basin, span, np.random.default_rng(0)))
         before = distances(state)
         np.testing.assert_allclose(before[1:], basin.size, rtol=1e-9)
         for _ in range(cycles):
-            for leg, clock in zip(prepared.legs, orbit.durations, strict=True):
+            for leg, clock in zip(prepared.legs, basin.durations, strict=True):
                 _, image = landed(leg, rate_of(leg), state, clock.mid(), *accuracy)  # type: ignore[arg-type]
                 state = all_near(image)
             after = distances(state)
             assert np.all(after <= basin.rate * before + ERROR * basin.size)
             before = after
-        back = [value.first - start for value, start in zip(state, orbit.state, strict=True)]
+        back = [value.first - start for value, start in zip(state, basin.state, strict=True)]
         moved = span.T @ np.array([float(value.mid()) for value in back])
         assert np.linalg.norm(factor @ moved) < ERROR * basin.size
 
@@ -147,19 +156,25 @@ def test_a_thousand_starts_of_a_walker_come_closer(
     assert basin is not None
     assert limit.startswith("on a ball that reaches")
     assert basin.extent.max() > 1e-5
-    come_closer(prepared, orbit, basin, 3, (6, 8))
+    ball = Ball(weight=basin.weight, size=basin.size, rate=basin.rate, state=orbit.state, durations=orbit.durations)
+    come_closer(prepared, ball, 3, (6, 8))
 
 
 @pytest.mark.slow
 def test_a_thousand_starts_of_a_gait_come_closer() -> None:
-    gait = gaits.stabilised()
-    system, found = closed_loop_fixed_point(gait)
-    settings = GAIT_SETTINGS
-    with working_precision(settings.bits):
-        prepared = gait_map(gait, system, settings.order, settings.tolerance)
-        centre = refined(prepared, found.state, settings.radius * 1e-3)
-        orbit = prove_orbit(prepared, centre, [arb(settings.radius)] * len(centre))
-        basin, _ = prove_basin(prepared, orbit, settings.basin)
-    assert basin is not None
-    assert basin.extent.max() > 5e-12
-    come_closer(prepared, orbit, basin, 1, (6, 6))
+    proof = gaits.proof()
+    found, proved = proof.found, proof.proved
+    assert found.basin_size is not None
+    assert proved.basin_rate is not None
+    assert max(proved.basin_extent) > 5e-11
+    assert "a contraction does not follow" in proof.basin_limit
+    with working_precision(BITS):
+        prepared = verification._prepared(gaits.stabilised(), found.order)
+        ball = Ball(
+            weight=np.array(found.basin_weight),
+            size=found.basin_size,
+            rate=proved.basin_rate,
+            state=[from_decimals(*pair) for pair in proved.state.values()],
+            durations=[from_decimals(*pair) for pair in proved.durations],
+        )
+        come_closer(prepared, ball, 1, (8, 7))

@@ -51,7 +51,7 @@ def prove(
             min=0.0,
             max=1.0,
             help="Largest radius that is tried for the basin; 0 for none.",
-            show_default="0.01; 1e-10 for a gait",
+            show_default="0.01; 4e-10 for a gait",
         ),
     ] = None,
 ) -> None:

@@ -52,9 +52,9 @@ class Settings:
             raise InputError(f"the basin that is tried is a number from 0 to 1, not {self.basin:g}")
 
 
-GAIT_SETTINGS = Settings(bits=128, order=24, tolerance=1e-25, radius=1e-18, basin=1e-10)
+GAIT_SETTINGS = Settings(bits=128, order=24, tolerance=1e-25, radius=1e-18, basin=4e-10)
 """What the gait of `amble reproduce` needs: the enclosed derivative is about 1e8 times as wide as the box, and no
-contraction follows on a ball that reaches 1e-10."""
+contraction follows on a ball that reaches 4e-10."""
 
 
 def prove(
