@@ -97,6 +97,7 @@ def test_no_step_passes_a_breakpoint() -> None:
         with pytest.raises(StepError, match="between two breakpoints"):
             field.part(arb(MARKS[0], 1e-9), state)
         ending = pushed(PUSHES[:3], MARKS)
+        assert float(ending.part(arb(MARKS[-1]), state).rate[1]) == PUSHES[2] - 1.0  # closed: a step may end there
         with pytest.raises(StepError, match="between two breakpoints"):
             ending.part(arb(0.75), state)
 

@@ -59,9 +59,9 @@ class SwitchedField:
         Raises:
             StepError: they are not proved to lie in one stretch.
         """
-        begin = arb("-inf")
-        for field, end in zip(self.fields, self.ends, strict=True):
-            if first >= begin and (first < end if last is None else last <= end):
+        begins = arb("-inf"), *self.ends[:-1]
+        # at a breakpoint the later stretch, at the end of the last one that
+        for field, begin, end in reversed(list(zip(self.fields, begins, self.ends, strict=True))):
+            if first >= begin and (first if last is None else last) <= end:
                 return field
-            begin = end
         raise StepError("clocks are not known to lie between two breakpoints of the law")
