@@ -156,6 +156,12 @@ static void confirm(amble_controller *c, real dt, const unsigned char *contact) 
 
 static int between_landings(int stance) { return stance >= AMBLE_GAIT_STANCES; }
 
+/* Whether feet leave where none lands: they are up, or it is time. */
+static int lifts(const amble_controller *c, unsigned feet, real share) {
+  if (share < (real)AMBLE_EARLIEST_LIFT_OFF) return 0;
+  return (c->down & feet) == 0 || share >= (real)AMBLE_LATEST_LIFT_OFF;
+}
+
 /* Pass one switch that the feet ask for; whether there was one. A foot lands where it is down after it was up. */
 static int switched(amble_controller *c) {
   int i, here = c->stance;
@@ -164,8 +170,7 @@ static int switched(amble_controller *c) {
   for (i = 0; i < SWITCHES; i++) {
     unsigned landing = SWITCH[i].landing;
     if (SWITCH[i].source != here) continue;
-    if (!landing && share < (real)AMBLE_EARLIEST_LIFT_OFF) continue;
-    if (landing ? (c->down & c->clear & landing) != landing : (c->down & SWITCH[i].lifting) != 0) continue;
+    if (landing ? (c->down & c->clear & landing) != landing : !lifts(c, SWITCH[i].lifting, share)) continue;
     c->stance = SWITCH[i].target;
     c->clock = 0;
 #if AMBLE_AXES

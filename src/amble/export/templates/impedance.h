@@ -50,10 +50,14 @@ typedef double AMBLE_REAL;
 #ifndef AMBLE_EARLIEST
 #define AMBLE_EARLIEST 0.0
 #endif
-/* The same for stances that end where feet lift and none lands: the impact of the foot before may take the load off a
- * stance foot for some ticks, which is no lift-off. A foot that is up by then leaves there. */
+/* A stance that ends where feet lift and none lands ends between these shares of its planned duration. Before the first
+ * the impact of the foot that landed may take the load off a stance foot for some ticks, which is no lift-off; at the
+ * second a foot that still carries is lifted by the next stance, because nothing else would lift it. */
 #ifndef AMBLE_EARLIEST_LIFT_OFF
 #define AMBLE_EARLIEST_LIFT_OFF 0.5
+#endif
+#ifndef AMBLE_LATEST_LIFT_OFF
+#define AMBLE_LATEST_LIFT_OFF 1.2
 #endif
 /* Share of the planned duration from which a stance counts as late: @HOLD@, where the references stand still. A contact
  * that does not come leaves the controller there, with the status LATE at every tick; what then is to be done is the
