@@ -114,7 +114,7 @@ def test_no_case_of_the_battery_fells_astros_amble(under: Gait) -> None:
 
 @pytest.mark.slow
 def test_astros_walk_passes_the_battery_under_the_default_gains() -> None:
-    """The recipe of docs/validation.md, on three and two feet in turn: radius 0.273, 17 of 18; one speed is at its band.
+    """The recipe of docs/validation.md, on three and two feet in turn: 17 of 18 pass, one speed is at its band.
 
     Stances that end by lift-offs have to end near their plan. With heavy rotors those on three feet would else be
     skipped, for an impact unloads a foot for some ticks, or never end; walks of both kinds are 50 % off their speed.
