@@ -130,9 +130,8 @@ def impedance_schedule(
             or grounds; or feet land one by one.
         WorkError: an orbit cannot be integrated.
     """
-    values = tuple(tuple(sorted({place[k] for place in gaits})) for k in range(len(axes)))
+    values = grid_values(gaits, axes)
     grid = list(itertools.product(*values))
-    _check(gaits, grid, tuple(axes), values)
     first = gaits[grid[0]]
     arcs = [orbit_arcs(gaits[place], law or gaits[place].law) for place in grid]
     shape = tuple(len(row) for row in values)
@@ -163,13 +162,14 @@ def impedance_of(gait: Gait) -> Impedance:
     return gait.control
 
 
-def _check(
-    gaits: Mapping[tuple[float, ...], Gait],
-    grid: Sequence[tuple[float, ...]],
-    axes: tuple[str, ...],
-    values: tuple[tuple[float, ...], ...],
-) -> None:
-    """Refuse gaits that no one law can be interpolated over."""
+def grid_values(gaits: Mapping[tuple[float, ...], Gait], axes: Sequence[str]) -> tuple[tuple[float, ...], ...]:
+    """Return the values of every axis, ascending, of gaits that one law can be interpolated over.
+
+    Raises:
+        InputError: no law can be; see ``impedance_schedule``.
+    """
+    values = tuple(tuple(sorted({place[k] for place in gaits})) for k in range(len(axes)))
+    grid = list(itertools.product(*values))
     for axis, row in zip(axes, values, strict=True):
         if len(row) < 2:
             raise InputError(f"axis {axis} has one value, {row[0]:g}: between gaits there have to be two at least")
@@ -189,6 +189,7 @@ def _check(
             "between gaits whose feet land one by one there is no interpolation yet; gaits of landing_rule = "
             f'"{SIMULTANEOUS}" ([gait], GaitPattern) are interpolated'
         )
+    return values
 
 
 def _shares(arcs: Sequence[OrbitArc]) -> Vector:

@@ -13,7 +13,7 @@ import pytest
 
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait.files import content_hash, save_gait
+from amble.gait.files import content_hash, load_gait, save_gait
 from amble.gait.impedance import Impedance
 from amble.stability.scheduled import SampledStep, Tracking
 from amble.workflow.library import between
@@ -22,6 +22,7 @@ from amble.workflow.library.between import FOLDER, HEADER, load_transitions, tra
 from amble.workflow.library.entry import Made
 from amble.workflow.library.files import claim_folder, load_library, write_entry
 from tests.cli.run import exit_code
+from tests.conftest import DATA
 from tests.workflow.library.test_axes import written
 
 
@@ -114,6 +115,17 @@ def test_only_what_can_be_commanded_is_steered_along(folder: Path) -> None:
         transitions(replace(library, entries=slopes))
     with pytest.raises(InputError, match="friction"):
         transitions(library, friction=-1.0)
+
+
+def test_gaits_that_cannot_be_steered_are_refused_before_the_work(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Gains for each of them would be looked for first, a minute a gait."""
+    trot = load_gait(DATA / "stabilised-trot-one-by-one.json")
+    monkeypatch.setattr("amble.workflow.library.files.Library.gait", lambda *_: trot)
+    monkeypatch.setattr(between, "stabilization", None)
+    with pytest.raises(InputError, match="between gaits whose feet land one by one there is no interpolation yet"):
+        transitions(folder)
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.gait.impedance import Impedance
 from amble.gait.plant_errors import PlantErrors
-from amble.gait.schedule import Schedule, impedance_schedule
+from amble.gait.schedule import Schedule, grid_values, impedance_schedule
 from amble.io.reader import read_record
 from amble.io.storage import atomic_write, check_replaceable, confined, dumps, replacing_folder
 from amble.progress import Progress, ProgressReport, silent
@@ -102,13 +102,15 @@ def transitions(
     with confined(found.folder):
         check_replaceable(folder, _ours)
     axes, entries = _grid(found)
+    given = {place: found.gait(entry) for place, entry in entries.items()}
+    grid_values(given, axes)  # which refuses gaits between which nothing is interpolated before the work
     gaits: dict[tuple[float, ...], Gait] = {}
     spans = np.ptp(np.array(list(entries)), axis=0)
     middle = min(entries, key=lambda place: _distance(place, np.mean(list(entries), axis=0), spans))
     for place in sorted(entries, key=lambda place: (_distance(place, middle, spans), place)):
         notify(ProgressReport(what="gains", done=len(gaits), of=len(entries)))
         near = min(gaits, key=lambda other: (_distance(place, other, spans), other)) if gaits else None
-        gait = replace(found.gait(entries[place]), control=Impedance())
+        gait = replace(given[place], control=Impedance())
         gaits[place] = stabilization(gait, near=None if near is None else gaits[near]).gait
     schedule = impedance_schedule(gaits, axes)
     tracking = track(schedule, friction=friction, progress=notify)
