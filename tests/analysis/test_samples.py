@@ -62,3 +62,15 @@ def test_what_does_not_fit_is_refused() -> None:
         samples_of_trace(dataclasses.replace(trace, state=trace.state[:, :30]), amble_pattern())
     with pytest.raises(InputError, match="from 1 to"):
         samples_of_gait(synthetic_gait(), cycles=0)
+
+
+@pytest.mark.parametrize("what", ["torque", "force", "state"])
+@pytest.mark.parametrize("value", [1e300, -1e13, np.nan, np.inf])
+def test_a_trace_of_numbers_that_no_robot_has_is_refused(what: str, value: float) -> None:
+    """Squares of torques of 1e300 are infinite: a report of such a trace ended in a spline of SciPy."""
+    trace = synthetic_trace(1, 31)
+    values = np.array(trace.state if what == "state" else trace.signals[what])
+    values[3, 0] = value
+    changed = {"state": values} if what == "state" else {"signals": {**trace.signals, what: values}}
+    with pytest.raises(InputError, match=f"the trace has a {what} that is not finite or above"):
+        samples_of_trace(dataclasses.replace(trace, **changed), amble_pattern())

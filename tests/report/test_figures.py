@@ -33,6 +33,7 @@ from amble.report.figures import (
 )
 from amble.report.figures.portraits import axis_labels, chosen_cycles
 from amble.report.figures.style import plain_text, with_gaps
+from amble.types import Vector
 from tests.hostile import allowed, hostile_name
 from tests.synthetic import DURATIONS, PERIOD, amble_pattern, synthetic_gait, synthetic_trace
 
@@ -336,3 +337,19 @@ def test_every_figure_function_draws_into_a_given_figure(
         assert draw(own) is own
         assert own.axes
         assert own.get_size_inches().tolist() == [5.0, 4.0]
+
+
+@pytest.mark.parametrize("values", [np.array([1e300, 1.0]), np.full(2, np.inf), np.ones(200_001)])
+def test_what_cannot_be_drawn_is_a_sentence(values: Vector) -> None:
+    """Of an earlier results.json that says so; the first ended in matplotlib with an OverflowError."""
+    with pytest.raises(InputError, match="cannot be drawn"):
+        section_distance(values, 0.4)
+    for pair in ((values, values[:1]), (np.ones(1), values)):
+        with pytest.raises(InputError, match="cannot be drawn"):
+            multiplier_circle(pair[0] + 0j, pair[1] + 0j)
+
+
+def test_a_radius_of_any_size_is_drawn() -> None:
+    for radius in (1e308, -1e308, 0.0):
+        _, predicted = section_distance(np.geomspace(1.0, 1e-8, 40), radius).axes[0].get_lines()
+        assert np.all(np.isfinite(predicted.get_ydata()))

@@ -13,6 +13,7 @@ from amble.amounts import check_amount
 from amble.analysis.motion import Motion
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
+from amble.gait.validation import LARGEST_NUMBER
 from amble.hybrid import GaitPattern
 from amble.robot import Robot
 from amble.robot.natural_units import velocity_unit
@@ -179,11 +180,15 @@ def samples_of_trace(trace: Trace, pattern: GaitPattern) -> Samples:
 
     Raises:
         UnknownNameError: where a domain is no stance of the pattern, or the trace lacks a signal.
-        InputError: where the state is not (q, v) of the pattern's robot.
+        InputError: where the state is not (q, v) of the pattern's robot, or holds a number that no robot has.
     """
     size = pattern.robot.size
     if trace.state.shape[1] != 2 * size:
         raise InputError(f"the trace has {trace.state.shape[1]} states; robot '{pattern.robot.name}' has {2 * size}")
+    torques, forces = signal(trace, "torque"), signal(trace, "force")
+    for what, values in (("state", trace.state), ("torque", torques), ("force", forces)):
+        if not np.all(np.abs(values) <= LARGEST_NUMBER):  # squares of the largest numbers there are have no size
+            raise InputError(f"the trace has a {what} that is not finite or above {LARGEST_NUMBER:g}")
     return Samples(
         label="simulated",
         pattern=pattern,
@@ -193,8 +198,8 @@ def samples_of_trace(trace: Trace, pattern: GaitPattern) -> Samples:
         cycles=trace.cycle,
         positions=frozen(trace.state[:, :size]),
         velocities=frozen(trace.state[:, size:]),
-        torques=signal(trace, "torque"),
-        forces=signal(trace, "force"),
+        torques=torques,
+        forces=forces,
     )
 
 

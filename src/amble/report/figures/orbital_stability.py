@@ -21,6 +21,10 @@ LEAST_SHOWN = 10
 """Cycles that the panel of the approach shows at least."""
 
 
+LARGEST, MOST = 1e100, 200_000
+"""Of what is drawn: ticks of matplotlib fail on the largest numbers there are, and a million marks take 15 s."""
+
+
 def multiplier_circle(before: FloquetMultipliers, after: FloquetMultipliers, figure: Figure | None = None) -> Figure:
     """Draw multipliers with the unit circle: all of them on the left, the neighbourhood of the circle on the right.
 
@@ -28,7 +32,12 @@ def multiplier_circle(before: FloquetMultipliers, after: FloquetMultipliers, fig
         before: multipliers of the orbit under the outputs of the gait problem, (n,).
         after: multipliers under the stabilised outputs, (n,).
         figure: an empty one to draw into, of any size; a new one by default.
+
+    Raises:
+        InputError: where there are too many or too large ones to draw.
     """
+    _check_drawable(before, "multipliers")
+    _check_drawable(after, "multipliers")
     with paper_style():
         figure, (whole, near) = panels(1, 2, PAGE, 3.7, figure=figure)
         for axes in (whole, near):
@@ -82,8 +91,9 @@ def section_distance(distances: Vector, radius: float, figure: Figure | None = N
         figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
-        InputError: where no distance is positive.
+        InputError: where no distance is positive, or there are too many or too large ones to draw.
     """
+    _check_drawable(distances, "distances from the fixed point")
     drawn = np.flatnonzero(distances > 0.0)
     if drawn.size == 0:
         raise InputError("no distance from the fixed point is positive; there is nothing to draw on a log axis")
@@ -102,7 +112,13 @@ def section_distance(distances: Vector, radius: float, figure: Figure | None = N
 
 def _draw_distance(axes: Axes, distances: Vector, drawn: IntegerVector, radius: float, floor: float) -> None:
     axes.semilogy(drawn, distances[drawn], ".", markersize=3.5, color=BLUE, label="simulated")
-    predicted = distances[drawn[0]] * radius ** (drawn - drawn[0]).astype(np.float64)
-    shown = predicted >= 0.3 * floor
+    with np.errstate(over="ignore"):
+        predicted = distances[drawn[0]] * radius ** (drawn - drawn[0]).astype(np.float64)
+    shown = (predicted >= 0.3 * floor) & (predicted <= LARGEST)
     axes.semilogy(drawn[shown], predicted[shown], "--", color=VERMILION, label=rf"$\rho^k$ with $\rho$ = {radius:.4g}")
     axes.set_xlabel("cycle $k$")
+
+
+def _check_drawable(values: Vector | FloquetMultipliers, what: str) -> None:
+    if len(values) > MOST or not np.all(np.abs(values) <= LARGEST):
+        raise InputError(f"the {what} cannot be drawn: there are more than {MOST}, or one is above {LARGEST:g}")
