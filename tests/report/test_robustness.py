@@ -103,6 +103,15 @@ def test_a_page_of_thresholds_that_are_all_zero_is_written(found: Robustness, tm
     assert [text.get_text() for text in figure.axes[0].texts] == ["no threshold measured"]
 
 
+def test_thresholds_stand_at_plain_numbers(found: Robustness) -> None:
+    """Powers of ten with factors were printed over each other on axes of one decade."""
+    figure, _ = robustness_figures(found)["predictions"]
+    figure.draw_without_rendering()
+    for axis in (figure.axes[0].xaxis, figure.axes[0].yaxis):
+        shown = [label.get_text() for label in (*axis.get_majorticklabels(), *axis.get_minorticklabels())]
+        assert [float(text) for text in shown if text]  # no mathematics
+
+
 def test_the_survival_curve_has_wilsons_intervals(found: Robustness) -> None:
     figure, _ = robustness_figures(found)["push_survival"]
     line = figure.axes[0].lines[0]

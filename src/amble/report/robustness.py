@@ -123,7 +123,7 @@ def robustness_figures(found: Robustness) -> dict[str, tuple[Figure, str]]:
             predicted = [float(getattr(cell, name)) for cell in known]
             measured = [float(cell.measured[engine] or 0.0) for cell in known]
             groups[f"{engine}, {words}: rank correlation {told} ({count})"] = predicted, measured
-    labels = ("predicted", "half survive (N s)")
+    labels = ("predicted (N s)", "half survive (N s)")
     return {
         "push_survival": (
             push_survival(trials),
@@ -131,7 +131,9 @@ def robustness_figures(found: Robustness) -> dict[str, tuple[Figure, str]]:
         ),
         "predictions": (
             predicted_measured(groups, labels),
-            "Impulse that half of the walks survive, against what the linearisation predicts, by direction and phase.",
+            "Impulse that half of the walks survive, against what the linearisation predicts, by direction and phase; "
+            "with W up to a factor that is not known. Cells whose threshold is zero count in the rank correlation and "
+            "have no place on the axes.",
         ),
     }
 

@@ -20,6 +20,7 @@ from amble.report.figures.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 BINS = 12
@@ -69,6 +70,18 @@ def survival_bins(impulses: Sequence[float], survived: Sequence[bool]) -> tuple[
     return tuple(np.array(found).T)
 
 
+def _logarithmic(panel: Axes) -> None:
+    """Scale both axes by powers, with plain numbers at 1, 2 and 5: thresholds seldom span more than two decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
 def predicted_measured(
     groups: Mapping[str, tuple[Sequence[float], Sequence[float]]], labels: Sequence[str], figure: Figure | None = None
 ) -> Figure:
@@ -87,8 +100,7 @@ def predicted_measured(
             pairs = np.array([pair for pair in zip(predicted, measured, strict=True) if min(pair) > 0.0]).reshape(-1, 2)
             panel.scatter(pairs[:, 0], pairs[:, 1], s=9.0, color=LAW_COLOURS[0], label=plain_text(title))
             if pairs.size:  # nothing has no logarithm
-                panel.set_xscale("log")
-                panel.set_yscale("log")
+                _logarithmic(panel)
             else:
                 panel.text(0.5, 0.5, "no threshold measured", ha="center", transform=panel.transAxes)
                 panel.set(xticks=(), yticks=())
