@@ -17,6 +17,7 @@ from amble.report.figures.style import (
     panels,
     paper_style,
     plain_text,
+    require_matplotlib,
 )
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def survival_bins(impulses: Sequence[float], survived: Sequence[bool]) -> tuple[
 
 def _logarithmic(panel: Axes) -> None:
     """Scale both axes by powers, with plain numbers at 1, 2 and 5: thresholds seldom span more than two decades."""
+    require_matplotlib()
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     panel.set_xscale("log")
