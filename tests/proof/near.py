@@ -62,6 +62,23 @@ class Near:
         root = self.first.sqrt().mid()
         return Near(root, self.off / (float(root) + np.sqrt(float(self.first) + self.off)))
 
+    def __lt__(self, other: Near | arb | int) -> bool:
+        return bool(np.all(self.above(other) < 0.0))
+
+    def __le__(self, other: Near | arb | int) -> bool:
+        return bool(np.all(self.above(other) <= 0.0))
+
+    def __gt__(self, other: Near | arb | int) -> bool:
+        return bool(np.all(self.above(other) > 0.0))
+
+    def __ge__(self, other: Near | arb | int) -> bool:
+        return bool(np.all(self.above(other) >= 0.0))
+
+    def above(self, other: Near | arb | int) -> Vector:
+        """Return by how much every point lies above another number."""
+        apart = self - other
+        return np.asarray(float(apart.first) + apart.off)
+
     def mid(self) -> Near:
         """The points themselves: nothing is enclosed here."""
         return self
