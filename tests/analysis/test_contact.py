@@ -8,7 +8,7 @@ import pytest
 from amble.analysis.bounds import ContactBounds
 from amble.analysis.contact import ContactReport, contact_report
 from amble.errors import InputError, UnknownNameError
-from amble.hybrid import gait_pattern
+from amble.hybrid import SIMULTANEOUS, gait_pattern
 from amble.simulation import Trace
 from tests.synthetic import STANCES, Stances, amble_pattern, astro, synthetic_gait, synthetic_trace
 
@@ -118,7 +118,7 @@ def test_stance_phase_across_the_cycle_boundary_is_one_phase() -> None:
 @pytest.mark.parametrize("stances", [STANCES, TROT])
 def test_a_foot_stopped_off_the_ground_is_named_with_its_distance(gap: float, stances: Stances) -> None:
     """Of the feet that land, whichever it is; the last of a pair was seen by no monitor."""
-    pattern = gait_pattern(astro(), stances)
+    pattern = gait_pattern(astro(), stances, landing_rule=SIMULTANEOUS)  # as in the synthetic trace
     trace = synthetic_trace(3, stances=stances)
     switch = pattern.all_switches[1]
     for foot in switch.landing:
