@@ -52,9 +52,9 @@ def test_feet_on_the_ground(gait: str) -> None:
     assert sorted(landed) == sorted(lifted) == sorted(pattern.robot.foot_names)  # every foot once a cycle
 
 
-def test_feet_land_one_by_one_but_those_of_a_bound() -> None:
+def test_feet_land_one_by_one_but_those_of_a_bound_and_more_than_two() -> None:
     rules = {gait: GAITS[gait](_robot(gait), FLAT, POINT).landing_rule for gait in FEET}
-    assert rules == dict.fromkeys(FEET, "one by one") | {"bound": "simultaneous"}
+    assert rules == dict.fromkeys(FEET, "one by one") | dict.fromkeys(("bound", "pronk", "tripod"), "simultaneous")
 
 
 def test_every_shipped_gait_is_here() -> None:

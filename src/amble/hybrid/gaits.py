@@ -75,18 +75,19 @@ SHIPPED = (
     NamedGait(name="running trot", tables=((DIAGONALS[0], (), DIAGONALS[1], ()),)),
     NamedGait(name="pace", tables=((("fl", "rl"), ("fr", "rr")),)),
     NamedGait(name="bound", tables=((("fl", "fr"), ("rl", "rr")),), mirrored=False, landing_rule=SIMULTANEOUS),
-    NamedGait(name="pronk", tables=((QUADRUPED, ()), (("l", "r"), ())), mirrored=False),
+    NamedGait(name="pronk", tables=((QUADRUPED, ()), (("l", "r"), ())), mirrored=False, landing_rule=SIMULTANEOUS),
     NamedGait(name="walk", tables=(_one_by_one(0.625), (("l",), ("r",)))),
     NamedGait(name="crawl", tables=(_one_by_one(0.875),)),
     NamedGait(name="run", tables=((("l",), (), ("r",), ()),)),
-    NamedGait(name="tripod", tables=((("fl", "mr", "rl"), ("fr", "ml", "rr")),)),
+    NamedGait(name="tripod", tables=((("fl", "mr", "rl"), ("fr", "ml", "rr")),), landing_rule=SIMULTANEOUS),
 )
 """What amble ships: trots without and with an overlap on four feet (2-4-2-4) and with flight, pace and bound without
 flight, pronk on all feet at once, walk on three and two feet by turns (3-2-3-2; of a biped on one), crawl on four and
 three (4-3-4-3), the run of a biped, the tripod of a hexapod.
 
 Feet of a bound land at once: one that lands alone turns the robot about its centre of percussion and drives the foot
-diagonal to it, just released, into the ground, unless it comes down much faster sideways than downwards."""
+diagonal to it, just released, into the ground, unless it comes down much faster sideways than downwards. Three or four
+feet that land one by one do so in 6 or 24 orders: no tripod was found, and a pronk takes minutes to stabilise."""
 
 GAITS: Lookup[Callable[[Robot, Ground, Contact], GaitPattern]] = Lookup("gait")
 """The gaits that a specification can name: from a robot, its ground and its contact to the pattern."""
