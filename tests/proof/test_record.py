@@ -56,6 +56,16 @@ def test_a_proof_of_another_system_is_refused(proof: Proof) -> None:
         verify(proof, rimless_wheel.rimless_wheel(slope=float(np.nextafter(rimless_wheel.SLOPE, 1))))
 
 
+def test_a_reach_beyond_every_number_is_refused(proof: Proof) -> None:
+    """Of W times 2^-1030 the inverse of floating point overflows; compared with infinity any reach held."""
+    tree = json.loads(proof.model_dump_json())
+    tree["found"]["basin_weight"] = (np.array(tree["found"]["basin_weight"]) * 2.0**-1030).tolist()
+    tree["found"]["basin_size"] *= 2.0**-515
+    tree["proved"]["basin_extent"] = [1000.0 for _ in tree["proved"]["basin_extent"]]
+    with pytest.raises((ProofError, InputError)):
+        verify(Proof.model_validate_json(json.dumps(tree)), rimless_wheel.rolling()[0])
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

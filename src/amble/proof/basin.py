@@ -19,7 +19,7 @@ from amble.proof.arithmetic import radius as ball_radius
 from amble.proof.errors import ProofError
 from amble.proof.moving_set import MovingSet
 from amble.proof.orbit import Lengths, ProvedOrbit
-from amble.proof.quotient import complement, contracts_along, factored, lyapunov, quotient, translations
+from amble.proof.quotient import complement, contracts_along, factored, holds_ball, lyapunov, quotient, translations
 from amble.proof.return_map import ReturnMap
 from amble.types import Matrix, Vector
 
@@ -31,7 +31,9 @@ SHRINKING = 4.0
 """By how much a ball is smaller than the last one that was tried."""
 NO_TURNS = "the orbit is stable up to a turn about the vertical, and balls are only tried up to translations"
 WIDER = 1.001
-"""By which a box about a ball is taken wider than floating-point arithmetic says."""
+"""By which the ball in y that is followed is wider than that of W, which it is proved to hold."""
+ROUNDED_DOWN = 1.0 - 2.0**-50
+"""Share of a bound that stays below it where it becomes a floating-point number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,22 +120,40 @@ def contraction_on_ball(
     factors = factored(weight)
     if factors is None:
         raise ProofError("the weight of the ball is not proved to be positive definite")
-    # with w = S y, S close to T^-1, |y| is |w|_W up to rounding, and the share below is far more
+    if not holds_ball(factors[1], weight, WIDER):
+        raise ProofError("the weight of the ball is too ill-conditioned: a ball followed is not proved to hold it")
     basis = exact_matrix(span) * factors[1]
-    off = [value - centre for value, centre in zip(orbit.state, orbit.centre, strict=True)]
+    # with zero in this box the centre is a point of the set, as steps and crossings ask
+    off = [(value - centre).union(arb(0)) for value, centre in zip(orbit.state, orbit.centre, strict=True)]
     radius = (arb(size) * WIDER).mid()
+    extent = _extent(weight, size)
     # steps need not be more accurate than the set is small
-    reach = size * float(np.sqrt(np.diag(np.linalg.inv(weight))).max())
-    coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * reach))
+    coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * float(extent.max())))
     found = coarse.of_set(MovingSet.ball(orbit.centre, off, basis, radius), lengths)
     if lengths is None:
         found = found.roomy()
     moved = arb_mat((exact_matrix(full).inv() * found.derivative).tolist()[along.shape[1] :])
     for rate in rates:
         if rate < 1.0 and contracts_along(moved, weight, rate):
-            extent = size * np.sqrt(np.diag(np.linalg.inv(weight)))
             return Basin(
-                weight=weight, size=size, extent=extent, rate=rate, lengths=[arc.lengths for arc in found.arcs]
+                weight=weight,
+                size=size,
+                extent=extent,
+                rate=rate,
+                lengths=[arc.lengths for arc in found.arcs],
             )
     width = 2.0 * float(largest(map(ball_radius, (factors[0] * moved).entries())))
     raise ProofError(f"a contraction does not follow: the derivative, in coordinates of the ball, is {width:.3g} wide")
+
+
+def _extent(weight: Matrix, size: float) -> Vector:
+    """Return lower bounds of how far the ball reaches in every coordinate, size sqrt((W^-1)_ii).
+
+    Raises:
+        ProofError: one is not proved to be above 0.
+    """
+    inverse = exact_matrix(weight).inv()
+    reaches = [float((arb(size) * inverse[i, i].sqrt()).abs_lower()) * ROUNDED_DOWN for i in range(inverse.nrows())]
+    if not all(0.0 < reach < np.inf for reach in reaches):
+        raise ProofError("the weight of the ball is too ill-conditioned: how far it reaches is not proved")
+    return np.array(reaches)

@@ -90,6 +90,12 @@ def factored(weight: Matrix) -> tuple[arb_mat, arb_mat] | None:
     return None if factor is None else (factor.mid(), factor.mid().inv().mid())
 
 
+def holds_ball(inverse: arb_mat, weight: Matrix, wider: float) -> bool:
+    """Whether every S y with |S y|_W <= 1 has |y| <= wider: wider^2 S^T W S - 1 is positive definite."""
+    kept = inverse.transpose() * exact_matrix(weight) * inverse
+    return _positive_definite(arb(wider) ** 2 * kept - identity(kept.nrows()))
+
+
 def complement(along: Matrix) -> tuple[Matrix, Matrix]:
     """Return U, columns that complete the translations, and (Xi, U)."""
     if not along.shape[1]:

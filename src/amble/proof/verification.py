@@ -110,7 +110,7 @@ def require_claims(claimed: Proved, again: Recomputed) -> None:
     if claimed.unstable is not None and (again.unstable is None or Fraction(claimed.unstable) > again.unstable):
         raise ProofError("the claimed lower bound of the spectral radius does not follow")
     extent = () if again.basin is None else again.basin.extent
-    if any(reach > most for reach, most in zip(claimed.basin_extent, extent, strict=True)):
+    if not all(reach <= most for reach, most in zip(claimed.basin_extent, extent, strict=True)):
         raise ProofError("the basin does not reach as far as is claimed")
 
 
