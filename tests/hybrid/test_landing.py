@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amble.control.landing import landing_plant, legs_in_the_air
-from amble.errors import UnknownNameError
+from amble.errors import InputError, UnknownNameError
 from amble.hybrid import ONE_BY_ONE, SIMULTANEOUS, GaitPattern, Stance, gait_pattern
 from amble.hybrid.gaits import amble, trot
 from amble.robot import catalogue
@@ -64,6 +64,17 @@ def test_where_one_foot_lands_or_all_at_once_nothing_is_added(pattern: GaitPatte
     assert pattern.visited == pattern.stances
     assert pattern.steps == pattern.all_switches
     assert replace(amble(ROBOT), landing_rule=ONE_BY_ONE).steps == amble(ROBOT).all_switches
+
+
+def test_more_than_six_feet_do_not_land_one_by_one() -> None:
+    """A table of 24 feet from a file: 2^23 stances between the landings took all memory."""
+    astro = catalogue.load("astro")
+    feet = tuple(replace(astro.feet[0], name=f"f{n}", offset=np.array([0.01 * n, 0.0, 0.0])) for n in range(24))
+    many = replace(astro, feet=feet, twins=())
+    table = [["f0"], [f"f{n}" for n in range(1, 24)]]
+    with pytest.raises(InputError, match="'D1->D2' 23 feet land; by the landing rule 'one by one' at most 6 do"):
+        gait_pattern(many, table, mirrored=False)
+    assert len(gait_pattern(many, table, mirrored=False, landing_rule=SIMULTANEOUS).steps) == 2
 
 
 def test_an_unknown_rule_is_refused() -> None:

@@ -23,7 +23,7 @@ from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipli
 from amble.gait.style import Style  # noqa: F401  (registers it)
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
 from amble.hybrid.contact import AXES
-from amble.hybrid.landing import LANDING_RULES
+from amble.hybrid.landing import LANDING_RULES, SIMULTANEOUS
 from amble.io.codec import (
     FLAG,
     TEXT,
@@ -47,9 +47,9 @@ RULES = {rule: Record(dict, {}) for rule in LANDING_RULES}
 
 
 def pattern_codec(robot: Robot, ground: Ground, contact: Contact) -> Record:
-    """Describe the table of stances of a robot on its ground."""
+    """Describe the table of stances of a robot on its ground, its landing rule not yet known."""
     return Record(
-        lambda name, mirrored, stances: gait_pattern(robot, stances, mirrored, name, ground, contact),
+        lambda name, mirrored, stances: gait_pattern(robot, stances, mirrored, name, ground, contact, SIMULTANEOUS),
         {"name": TEXT, "mirrored": FLAG, "stances": ListOf(ListOf(NameIn("foot", robot.foot_names)))},
         take=lambda pattern: {**vars(pattern), "stances": [stance.feet for stance in pattern.stances]},
     )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from amble.errors import UnknownNameError
+from amble.errors import InputError, UnknownNameError
 from amble.names import check_name
 
 SIMULTANEOUS, ONE_BY_ONE = "simultaneous", "one by one"
@@ -15,6 +15,9 @@ LANDING_RULES = (ONE_BY_ONE, SIMULTANEOUS)
 """One by one: every foot is stopped when it reaches the ground; the first to land releases the feet that lift.
 Simultaneous, an idealisation for planning: the touchdown of the first landing foot of a switch, in the robot's order of
 feet, stops all of them. Where a single foot lands the rules are the same."""
+
+MOST_LANDING = 6
+"""Feet that may land at one switch one by one: k feet have k! orders and k 2^(k-1) landings, 192 of six."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,17 @@ def steps(switch: Switch, rule: str, feet: Sequence[str]) -> tuple[Switch, ...]:
         switch: from one stance of the gait to the next.
         rule: one of ``LANDING_RULES``.
         feet: all feet, in the robot's order.
+
+    Raises:
+        InputError: more than ``MOST_LANDING`` feet land one by one.
     """
     if rule == SIMULTANEOUS or len(switch.landing) < 2:
         return (switch,)
+    if len(switch.landing) > MOST_LANDING:
+        raise InputError(
+            f"at switch '{switch.name}' {len(switch.landing)} feet land; by the landing rule '{ONE_BY_ONE}' at most "
+            f"{MOST_LANDING} do: take '{SIMULTANEOUS}'"
+        )
     kept = [foot for foot in switch.source.feet if foot not in switch.lifting]
     found = []
     for count in range(len(switch.landing)):
