@@ -122,9 +122,8 @@ def ipopt(
     first = ipopt_structured(program, start, tolerance, most_iterations, progress)
     if not first.refused:
         return first
-    logger.info("MUMPS solves the KKT systems: %s", first.refused)
-    found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
-    return _reported(found, f"MUMPS ({first.refused})", first.report.seconds)
+    found = ipopt_mumps(program, start, tolerance, most_iterations, progress, first.refused)
+    return replace(found, report=replace(found.report, seconds=found.report.seconds + first.report.seconds))
 
 
 def ipopt_structured(
@@ -142,11 +141,9 @@ def ipopt_structured(
     try:
         with structured_kkt(program) as kkt:
             found = _run(program, start, {**kkt.options, **_limits(tolerance, most_iterations)}, progress)
-            return replace(_reported(found, "structured", 0.0), refused=kkt.refusal)
+            return replace(_reported(found, "structured"), refused=kkt.refusal)
     except UnavailableError as error:
-        logger.info("MUMPS solves the KKT systems: %s", error)
-        found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
-        return _reported(found, f"MUMPS ({error})", 0.0)
+        return ipopt_mumps(program, start, tolerance, most_iterations, progress, str(error))
 
 
 def ipopt_mumps(
@@ -155,10 +152,13 @@ def ipopt_mumps(
     tolerance: float = 1e-8,
     most_iterations: int = 500,
     progress: Progress | None = None,
+    reason: str = "",
 ) -> Solution:
-    """Solve by IPOPT with MUMPS alone; see ``ipopt``."""
+    """Solve by IPOPT with MUMPS alone; see ``ipopt``. The report names the reason, where there is one."""
+    if reason:
+        logger.info("MUMPS solves the KKT systems: %s", reason)
     found = _run(program, start, {**MUMPS_OPTIONS, **_limits(tolerance, most_iterations)}, progress)
-    return _reported(found, "MUMPS", 0.0)
+    return _reported(found, f"MUMPS ({reason})" if reason else "MUMPS")
 
 
 SOLVERS.register("ipopt", ipopt)
@@ -169,10 +169,9 @@ def _limits(tolerance: float, most_iterations: int) -> dict[str, Any]:
     return {"tol": tolerance, "max_iter": most_iterations}
 
 
-def _reported(found: Solution, linear_solver: str, seconds: float) -> Solution:
-    """Add the linear solver, and seconds spent before."""
-    report = replace(found.report, linear_solver=linear_solver, seconds=found.report.seconds + seconds)
-    return replace(found, report=report)
+def _reported(found: Solution, linear_solver: str) -> Solution:
+    """Add the linear solver."""
+    return replace(found, report=replace(found.report, linear_solver=linear_solver))
 
 
 def _run(program: GaitProgram, start: Start, more: dict[str, Any], progress: Progress | None) -> Solution:
