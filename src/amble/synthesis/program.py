@@ -6,15 +6,18 @@ The rank of its equality rows is checked before a solver starts: dependent rows 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from amble.codegen import compiler
 from amble.errors import NotSolvedError
 from amble.residual import Residual
 from amble.synthesis.assembly import Program, assemble
 from amble.synthesis.block import Block
+from amble.synthesis.form import Form
 from amble.synthesis.landing_rows import landing_blocks
 from amble.synthesis.layout import Layout, build_layout, resampled, variable_bounds
 from amble.synthesis.link_blocks import defect_block, period_block, phase_block, switch_block
@@ -96,21 +99,11 @@ def build_program(problem: GaitProblem, solves: int = 1) -> GaitProgram:
         problem: the problem.
         solves: how many problems of its structure will be solved: whether compiling pays.
     """
-    layout = build_layout(problem)
-    units = layout.units
-
-    def row_size(unit: str) -> float:
-        return ROW_SIZES.get(unit, 1.0) * units.size(unit)
-
-    cost_scale = units.size(problem.cost.unit)
-    program = assemble(
-        _blocks(problem, layout),
-        layout.scale,
-        parameter_values(problem).size,
-        row_size,
-        cost_scale,
-        EXPECTED * solves,
-    )
+    form, iterations = Form.of(problem), EXPECTED * solves
+    if form is None:
+        layout, program = _written(problem, iterations)
+    else:
+        layout, program = _written_once(form, iterations, repr(compiler()))
     lower, upper = variable_bounds(problem, layout)
     return GaitProgram(
         problem=problem,
@@ -120,6 +113,26 @@ def build_program(problem: GaitProblem, solves: int = 1) -> GaitProgram:
         upper=upper / layout.scale,
         parameters=parameter_values(problem),
     )
+
+
+@lru_cache(maxsize=16)
+def _written_once(form: Form, iterations: float, tool: str) -> tuple[Layout, Program]:
+    """What problems of one form have in common, as one compiler makes it."""
+    del tool
+    return _written(form.problem, iterations)
+
+
+def _written(problem: GaitProblem, iterations: float) -> tuple[Layout, Program]:
+    """Write layout and rows; of the problem they read what ``Form`` compares."""
+    layout = build_layout(problem)
+    units = layout.units
+
+    def row_size(unit: str) -> float:
+        return ROW_SIZES.get(unit, 1.0) * units.size(unit)
+
+    cost_scale = units.size(problem.cost.unit)
+    blocks, count = _blocks(problem, layout), parameter_values(problem).size
+    return layout, assemble(blocks, layout.scale, count, row_size, cost_scale, iterations)
 
 
 def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:

@@ -259,7 +259,8 @@ def _projected(program: GaitProgram, variables: Vector) -> tuple[Vector, int]:
 
 def _rounded(values: NDArray[np.float64]) -> Vector:
     """Six digits start a neighbour as well as sixteen, in half the size of a file."""
-    return frozen(np.array([float(f"{value:.6g}") for value in values]))
+    text = "%.6g " * values.size % tuple(values.tolist())
+    return frozen(np.array(text.split(), dtype=np.float64))
 
 
 def _warm_options(warm: LagrangeMultipliers | None) -> dict[str, Any]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,14 +23,17 @@ def violated_rows(
 ) -> tuple[Residual, ...]:
     """Return the rows and bounds that scaled miss by more than ``ROW_TOLERANCE``, worst first, in SI units."""
     nlp, scale = program.program, program.layout.scale
-    named = [
-        f"{name} ({unit})" if unit != "1" else name for name, unit in zip(nlp.row_names, nlp.row_units, strict=True)
-    ]
-    rows = _rows(tuple(named), (nlp.lower, values, nlp.upper), nlp.row_scale, nlp.row_kinds)
-    names = variable_names(program)
-    kinds = np.full(len(names), "bound")
-    rows += _rows(names, (program.lower, variables, program.upper), scale, kinds)
+    kinds = np.full(scale.size, "bound")
+    rows = _rows(partial(_row_names, program), (nlp.lower, values, nlp.upper), nlp.row_scale, nlp.row_kinds)
+    rows += _rows(partial(variable_names, program), (program.lower, variables, program.upper), scale, kinds)
     return worst_first(rows)
+
+
+def _row_names(program: GaitProgram) -> tuple[str, ...]:
+    """Name of every row, with its unit."""
+    nlp = program.program
+    named = zip(nlp.row_names, nlp.row_units, strict=True)
+    return tuple(f"{name} ({unit})" if unit != "1" else name for name, unit in named)
 
 
 def variable_names(program: GaitProgram) -> tuple[str, ...]:
@@ -75,10 +81,15 @@ def _name_landings(program: GaitProgram, domain: DomainLayout, names: list[str])
 
 
 def _rows(
-    names: tuple[str, ...], values: tuple[Vector, Vector, Vector], size: Vector, kinds: NDArray[np.str_]
+    names: Callable[[], tuple[str, ...]],
+    values: tuple[Vector, Vector, Vector],
+    size: Vector,
+    kinds: NDArray[np.str_],
 ) -> list[Residual]:
     """Return what of (lower, value, upper), all scaled, is violated, times the size of one unit."""
     excess = np.maximum(np.maximum(values[0] - values[1], values[1] - values[2]), 0.0)
-    lower, there, upper = (size * part for part in values)
     bad = np.flatnonzero(~(excess <= ROW_TOLERANCE))
-    return [Residual(names[i], float(lower[i]), float(there[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]
+    if not bad.size:
+        return []  # writing thousands of names takes longer than an iteration of the solver
+    named, (lower, there, upper) = names(), (size * part for part in values)
+    return [Residual(named[i], float(lower[i]), float(there[i]), float(upper[i]), kind=str(kinds[i])) for i in bad]
