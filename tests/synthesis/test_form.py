@@ -33,6 +33,7 @@ class HeavyTorque(TorqueSquared):
 
     def torque_rate(self, robot: Any) -> float:
         """Return a weight."""
+        del robot
         return 1e-4
 
 
@@ -121,7 +122,8 @@ def test_every_field_is_changed(turning: GaitProblem) -> None:
 def test_what_a_change_leaves_of_the_form_it_leaves_of_the_program(turning: GaitProblem) -> None:
     """Equal forms: the same blocks, other numbers. Every other change makes another form."""
     form, own, parameters = Form.of(turning), numbers(turning), set[str]()
-    assert form is not None and form == Form.of(replace(turning))
+    assert form is not None
+    assert form == Form.of(replace(turning))
     for name, changed in changes(turning).items():
         if Form.of(changed) == form:
             parameters.add(name)
@@ -135,7 +137,9 @@ def test_a_program_that_is_kept_is_that_of_the_problem(gait: str, turning: GaitP
     """The problem that stands for a form has none of its numbers, and gives the same blocks."""
     known = turning if gait == "turning" else gait_problem(catalogue.astro(), gait, speed=0.23, intervals=2)
     form = Form.of(raised(on_friction(known, 0.47)))
-    assert form is not None and form.problem.limits.positions == {} and form.problem.pattern.ground.friction == 1.0
+    assert form is not None
+    assert form.problem.limits.positions == {}
+    assert form.problem.pattern.ground.friction == 1.0
     assert_same_blocks(form.problem, known)
 
 
@@ -149,12 +153,14 @@ def test_a_slope_keeps_its_bounds_of_positions() -> None:
 def test_a_neighbour_takes_the_same_functions_with_its_own_numbers(small_problem: GaitProblem) -> None:
     one = build_program(small_problem)
     other = build_program(on_friction(replace(raised(small_problem), speed=0.3), 0.4))
-    assert other.program is one.program and other.layout is one.layout
+    assert other.program is one.program
+    assert other.layout is one.layout
     np.testing.assert_array_equal(other.parameters, [0.3, 0.0, 0.0, 0.4])
     height = one.layout.domains[0].q[:, 2]
-    higher = (other.lower - one.lower) * one.layout.scale
-    np.testing.assert_allclose(higher[height], 0.01, rtol=1e-9)
-    assert one.problem is small_problem and other.problem.speed == 0.3
+    higher = (other.lower[height] - one.lower[height]) * one.layout.scale[height]
+    np.testing.assert_allclose(higher, 0.01, rtol=1e-9)
+    assert one.problem is small_problem
+    assert other.problem.speed == 0.3
 
 
 def test_limits_that_are_changed_in_place_make_another_form(small_problem: GaitProblem) -> None:
@@ -163,7 +169,8 @@ def test_limits_that_are_changed_in_place_make_another_form(small_problem: GaitP
     before = Form.of(problem)
     durations["D1"] = (0.11, 0.29)
     assert Form.of(problem) != before
-    assert before is not None and before.problem.limits.durations["D1"] == (0.1, 0.3)
+    assert before is not None
+    assert before.problem.limits.durations["D1"] == (0.1, 0.3)
 
 
 class Moody(PseudoInverse):
