@@ -1,4 +1,7 @@
-"""Numbers that say how much work is done: whole, from a least to a most, refused before the work in one sentence."""
+"""Numbers that say how much work is done: whole, from a least to a most, refused before the work in one sentence.
+
+And how large the numbers are that files and arguments may hold.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ import numpy as np
 from amble.errors import InputError, shown
 
 LARGEST_SHOWN = 10**30
+LARGEST_NUMBER = 1e12
+"""Largest number of a robot, a gait or a trace, in SI units: products of a few stay far below the largest there is."""
 
 
 def check_amount(what: str, value: object, least: int, most: int) -> None:

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from examples.extending.phase_configuration import ConfigurationPhase
 
+from amble.amounts import LARGEST_NUMBER
 from amble.control.allocation import BoundedMinimumNorm, DropActuator, WeightedMinimumNorm
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.gait.impedance import Impedance
 from amble.gait.linearising_law import InputOutputLinearisation
-from amble.gait.validation import LARGEST_NUMBER
 from amble.hybrid import HeightField, Plane
 from amble.robot import catalogue
 from amble.types import frozen

@@ -92,12 +92,18 @@ def test_another_netcdf_file_is_refused(tmp_path: Path) -> None:
         load_trace(tmp_path / "a.nc")
 
 
-@pytest.mark.parametrize("name", ["time", "state"])
-def test_a_number_that_is_not_finite_is_refused(trace: Trace, tmp_path: Path, name: str) -> None:
-    values = np.array(getattr(trace, name))
-    values[2] = np.nan
-    path = save_trace(dataclasses.replace(trace, **{name: values}), tmp_path / "t.nc")
-    with pytest.raises(InputError, match=f"not finite in '{name}'"):
+@pytest.mark.parametrize("name", ["time", "state", "energy"])
+@pytest.mark.parametrize(
+    ("value", "what"), [(np.nan, "that are not finite"), (-np.inf, "that are not finite"), (1e300, r"above 1e\+12")]
+)
+def test_a_number_that_no_motion_has_is_refused(
+    trace: Trace, tmp_path: Path, name: str, value: float, what: str
+) -> None:
+    values = np.array(trace.signals[name] if name in trace.signals else getattr(trace, name))
+    values[2] = value
+    changed = {"signals": {**trace.signals, name: values}} if name in trace.signals else {name: values}
+    path = save_trace(dataclasses.replace(trace, **changed), tmp_path / "t.nc")
+    with pytest.raises(InputError, match=f"numbers {what} in '{name}'"):
         load_trace(path)
 
 

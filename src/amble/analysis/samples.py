@@ -9,11 +9,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from amble.amounts import check_amount
+from amble.amounts import LARGEST_NUMBER, check_amount
 from amble.analysis.motion import Motion
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
-from amble.gait.validation import LARGEST_NUMBER
 from amble.hybrid import GaitPattern
 from amble.robot import Robot
 from amble.robot.natural_units import velocity_unit

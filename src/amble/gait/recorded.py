@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, printable, shown
-from amble.gait.validation import LARGEST_NUMBER
 from amble.types import Json, Matrix, Vector
 
 FIELDS = ("times", "positions", "velocities", "accelerations", "torques", "forces")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.control.outputs import LARGEST_ORDER, actuated_freedoms, controllable
 from amble.control.phase import DomainPhase
 from amble.errors import InputError, UnknownNameError, listed
@@ -18,9 +19,6 @@ from amble.types import frozen
 if TYPE_CHECKING:
     from amble.gait.record import DomainTrajectory, Feedback, Gait
     from amble.types import Vector
-
-LARGEST_NUMBER = 1e12
-"""Largest number of a gait, in SI units: products of a few stay far below the largest that there is."""
 
 CLOCK_ROUNDING = 1e-9
 """What the last node's clock may miss of the duration, as a share of it."""

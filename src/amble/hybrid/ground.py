@@ -16,9 +16,9 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError
 from amble.io.registry import Registry
-from amble.robot.parts import LARGEST_NUMBER
 from amble.types import Vector, frozen
 
 CASADI = (ca.SX, ca.MX, ca.DM)

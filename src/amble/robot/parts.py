@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError
 from amble.names import check_name
 from amble.types import Matrix, Vector
@@ -15,9 +16,6 @@ BASE_COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 RATE, ACCELERATION = "rate of ", "acceleration of "
 """Before the name of a coordinate: the name of its derivative among states and rows."""
-
-LARGEST_NUMBER = 1e12
-"""Largest number of a robot, in SI units: products of a few stay far below the largest that there is."""
 
 
 def check_bounded(what: str, *values: float | Matrix) -> None:

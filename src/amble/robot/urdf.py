@@ -16,11 +16,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, shown, shown_path
 from amble.io.reader import parse_number, read_bytes
 from amble.io.xml import parse_xml
 from amble.names import check_name
-from amble.robot.parts import LARGEST_NUMBER
 from amble.robot.rotation import rotation_of_rpy
 from amble.types import Matrix, Vector, frozen
 

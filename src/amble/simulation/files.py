@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, UnknownNameError, shown, shown_path
 from amble.io.codec import TEXT, ListOf
 from amble.io.reader import parse_json
@@ -77,7 +78,7 @@ def load_trace(path: str | Path) -> Trace:
 
     Raises:
         InputError: in one sentence, where the file is missing, truncated, not a trace, or has numbers that are not
-            finite, or not in range, where a trace has none.
+            finite, or above 1e12, or not in range, where a trace has none.
     """
     name = f"trace file '{shown_path(path)}'"
     variables, attributes = read_netcdf(path, "trace file", AXES, SIGNAL, ATTRIBUTES)
@@ -86,8 +87,7 @@ def load_trace(path: str | Path) -> Trace:
     for variable in AXES:
         if variable not in variables:
             raise InputError(f"{name} is not complete: '{variable}' is missing")
-        if not np.all(np.isfinite(variables[variable].values)):
-            raise InputError(f"{name} holds numbers that are not finite in '{variable}'")
+    _check_size(variables, name)
     _check_lengths(variables, name)
     trace = _trace(variables, attributes, name)
     _check_numbers(trace, name)
@@ -143,6 +143,15 @@ def _state_attributes(trace: Trace, units: Mapping[str, str]) -> dict[str, str]:
     if any(name in units for name in trace.state_names):
         attributes["state_units"] = json.dumps([units.get(name, "") for name in trace.state_names])
     return attributes
+
+
+def _check_size(variables: Mapping[str, Variable], name: str) -> None:
+    """Refuse numbers that no motion has, signals included: their squares would be infinite, or they are no numbers."""
+    for key, variable in variables.items():
+        finite = np.isfinite(variable.values)
+        if not np.all(finite & (np.abs(variable.values) <= LARGEST_NUMBER)):
+            what = f"numbers above {LARGEST_NUMBER:g}" if np.all(finite) else "numbers that are not finite"
+            raise InputError(f"{name} holds {what} in '{shown(key.removeprefix(SIGNAL))}'")
 
 
 def _check_lengths(variables: Mapping[str, Variable], name: str) -> None:

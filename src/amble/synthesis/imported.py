@@ -13,10 +13,10 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, UnknownNameError, listed, printable, shown
 from amble.gait import Gait
 from amble.gait.recorded import RecordedDomain, RecordedMotion
-from amble.gait.validation import LARGEST_NUMBER
 from amble.hybrid import Contacts, impact
 from amble.robot import dynamics
 from amble.synthesis.initial_guess import phase_curves

@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, shown, shown_path
 from amble.io.reader import read_bytes
 from amble.io.xml import parse_xml
-from amble.robot.parts import LARGEST_NUMBER
 from amble.types import IntegerVector, Matrix, NodeValues
 
 LARGEST, LARGEST_TEXT = 64 * 2**20, 16 * 2**20

@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
+from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, shown
 from amble.hybrid import Contacts
 from amble.robot import Joint, Robot
-from amble.robot.parts import LARGEST_NUMBER
 
 
 @dataclass(frozen=True, kw_only=True)
