@@ -74,7 +74,7 @@ def test_the_state_that_mujoco_tells_is_the_laws(stabilised_gait: Gait) -> None:
     start[3:6] += generator.uniform(-0.02, 0.02, 3)
     start[21:24] += generator.uniform(-0.05, 0.05, 3)
     gait = replace(stabilised_gait, feedback=replace(feedback, start=start))
-    plant, schedule = Scales.of(gait.robot).applied(BATTERY[0])
+    plant, schedule = Scales.of(gait.robot).applied(BATTERY[0], gait)
     model = mujoco_model(gait.robot, plant)
     walk = Loop(gait, None, 1e-3)(model, schedule, interval=1)
     found = walk.trace[0, 2 + model.nq + model.nv :][: len(gait.robot.joints)]

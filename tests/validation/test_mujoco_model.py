@@ -53,7 +53,7 @@ def test_the_plant_is_what_was_asked_for() -> None:
     )
     for foot in walker.foot_names:
         assert model.geom(foot).size[0] == 0.02
-        pair = model.pair(foot)
+        pair = model.pair(f"{foot} on ground")
         np.testing.assert_array_equal(pair.friction[:2], 0.5)
         assert {model.geom(pair.geom1[0]).name, model.geom(pair.geom2[0]).name} == {"ground", foot}
 

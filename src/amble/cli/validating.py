@@ -22,7 +22,11 @@ def validate(
     control: Annotated[str | None, typer.Option(help=options.CONTROL_HELP, show_default="the gait's own")] = None,
     cycles: Annotated[int, typer.Option(min=1, help="Gait cycles of every walk.")] = 60,
     case: Annotated[
-        list[str] | None, typer.Option(help="Case of the battery, by name; may be repeated.", show_default="all")
+        list[str] | None,
+        typer.Option(
+            help="Case by name, of the battery or beside it (docs/validation.md); may be repeated.",
+            show_default="the battery",
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 1,
     absolute: Annotated[
@@ -51,12 +55,12 @@ def validate(
     from amble.gait.files import load_gait
     from amble.report import write_results
     from amble.simulation import save_trace
-    from amble.validation import BATTERY
+    from amble.validation import BATTERY, MORE
     from amble.validation import validate as walk
 
     if engine not in ENGINES:
         raise InputError(f"unknown engine '{shown(engine)}'; known: {', '.join(ENGINES)}")
-    known = {entry.name: entry for entry in BATTERY}
+    known = {entry.name: entry for entry in (*BATTERY, *MORE)}
     for name in case or ():
         if name not in known:
             raise InputError(f"unknown case '{shown(name)}'; known: {', '.join(known)}")

@@ -13,7 +13,7 @@ from amble.io.facts import rows_html
 from amble.progress import Progress, ProgressReport, silent
 from amble.simulation import Trace
 from amble.types import Json
-from amble.validation.cases import BATTERY, Case, Scales
+from amble.validation.cases import BATTERY, BEHIND, Case, Scales
 from amble.validation.loop import MOST_CYCLES, Loop, Walk
 from amble.validation.mujoco_model import mujoco_model
 from amble.validation.walk_trace import interval_of, walk_trace
@@ -182,11 +182,11 @@ def validate(
     loop, found = Loop(gait, law, scales.confirm), list[CaseResult]()
     for number, case in enumerate(cases):
         notify(ProgressReport(what=f"case '{case.name}'", done=number, of=len(cases)))
-        plant, schedule = scales.applied(case)
+        plant, schedule = scales.applied(case, gait)
         model, every = mujoco_model(robot, plant), interval_of(gait, plant.step) if record else 0
         walk = loop(model, replace(schedule, cycles=cycles, seed=seed), every)
         trace = walk_trace(gait, model, walk, cycles) if record else None
-        why = _failures(gait, walk, cycles)
+        why = _failures(gait, case, walk, cycles)
         found.append(CaseResult(case=case, walk=walk, feet=len(robot.feet), failures=why, trace=trace))
     return Validation(
         gait=gait.pattern.name,
@@ -198,7 +198,7 @@ def validate(
     )
 
 
-def _failures(gait: Gait, walk: Walk, cycles: int) -> tuple[str, ...]:
+def _failures(gait: Gait, case: Case, walk: Walk, cycles: int) -> tuple[str, ...]:
     found = []
     if walk.fell:
         found.append(f"fell after {walk.time:.3g} s")
@@ -212,4 +212,6 @@ def _failures(gait: Gait, walk: Walk, cycles: int) -> tuple[str, ...]:
         found.append(f"feet slip {slip:.1%} of the distance")
     if not walk.deepest < 0.0:
         found.append("a link came to the ground")
+    if case.rise and not abs(walk.distance) > BEHIND * gait.robot.leg_length:
+        found.append("the walk ended before the step of the ground was behind it")
     return tuple(found)

@@ -7,11 +7,14 @@ is as hard for a robot of another size.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
+from amble.gait import Gait
+from amble.gait.closed_loop import start_state
 from amble.robot import Robot
-from amble.validation.loop import Schedule
+from amble.validation.loop import NO_CAP, Schedule
 from amble.validation.mujoco_model import HARD, POINT, Plant
 
 ASTRO_MASS, ASTRO_LENGTH, ASTRO_GRAVITY = 21.5, 0.87628, 9.81
@@ -32,10 +35,19 @@ class Case:
         armature: rotor inertia of the joints, kg m^2.
         balanced: link inertias made physical, as MuJoCo does by itself.
         trunk: factor of the base link's mass and inertia.
+        links: factor of the mass and inertia of every other link.
         softness: time constant of the contacts, s.
         radius: of the feet, m.
         noise_angle: standard deviation of joint angles, rad.
         noise_rate: of joint rates, rad/s.
+        quantum_angle: steps in which joint angles are measured, rad; 0 where they are not rounded.
+        quantum_rate: of joint rates, rad/s.
+        cap: largest torque that the motors give, N m; 0 where they give what is asked for.
+        lag: time constant of the motors, s.
+        push: impulse on the base's centre of mass, forward, to the left and upward, N s, within 20 ms.
+        push_at: gait cycles after which it begins.
+        rise: height of a step of the ground, m, negative where it goes down; its edge lies across the way, one leg
+            length ahead of where the base starts.
     """
 
     name: str
@@ -47,10 +59,18 @@ class Case:
     armature: float = 0.0
     balanced: bool = False
     trunk: float = 1.0
+    links: float = 1.0
     softness: float = HARD
     radius: float = POINT
     noise_angle: float = 0.0
     noise_rate: float = 0.0
+    quantum_angle: float = 0.0
+    quantum_rate: float = 0.0
+    cap: float = 0.0
+    lag: float = 0.0
+    push: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    push_at: float = 2.25
+    rise: float = 0.0
 
 
 BATTERY = (
@@ -78,8 +98,27 @@ BATTERY = (
 )  # fmt: skip
 """Realism cases, at ASTRo's size."""
 
+MORE = (
+    Case(name="300 Hz, 2 ms delay", period=1 / 300, delay=2e-3),
+    Case(name="encoders 1 mrad, 50 mrad/s", quantum_angle=1e-3, quantum_rate=0.05),
+    Case(name="links +10 %", links=1.1),
+    Case(name="torque cap 14 N m", cap=14.0),
+    Case(name="torque lag 2 ms", lag=2e-3),
+    Case(name="push forward 30 N s", push=(30.0, 0.0, 0.0)),
+    Case(name="push to the left 10 N s", push=(0.0, 10.0, 0.0)),
+    Case(name="step up 10 mm", rise=0.01),
+    Case(name="step down 10 mm", rise=-0.01),
+)
+"""Cases beside the battery, which are walked where they are named."""
+
 STEP, CONFIRM, THRESHOLD = 5e-4, 1e-3, 5.0
-"""Step of the plant, s, time that confirms a contact, s, and the force that sets a flag, N, at ASTRo's size."""
+"""Longest step of the plant, s, time that confirms a contact, s, and the force that sets a flag, N, at ASTRo's size."""
+
+PUSHED = 0.02
+"""How long a push lasts, s, at ASTRo's size."""
+
+EDGE, BEHIND = 1.0, 1.5
+"""How far ahead the edge of a step of the ground lies, and after what way it is behind, in leg lengths."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,10 +149,15 @@ class Scales:
         """Time that confirms a contact, s."""
         return CONFIRM * self.time
 
-    def applied(self, case: Case) -> tuple[Plant, Schedule]:
-        """Scale a case from ASTRo's size."""
+    def applied(self, case: Case, gait: Gait) -> tuple[Plant, Schedule]:
+        """Scale a case from ASTRo's size; a period of the controller is a whole number of the plant's steps."""
         mass, length, time = self.mass, self.length, self.time
-        step, torque = STEP * time, mass * length * self.gravity / ASTRO_GRAVITY
+        step = time * (case.period / ceil(case.period / STEP - 1e-9) if case.period else STEP)
+        force = mass * self.gravity / ASTRO_GRAVITY
+        torque, pushed = force * length, PUSHED * time
+        x, y, z = (part * force / PUSHED for part in case.push)
+        began, ahead = case.push_at * gait.period, -1.0 if gait.speed < 0.0 else 1.0
+        edge = float(start_state(gait)[0]) + ahead * EDGE * gait.robot.leg_length
         plant = Plant(
             step=step,
             friction=case.friction,
@@ -123,14 +167,26 @@ class Scales:
             dry_friction=case.dry_friction * torque,
             armature=case.armature * mass * length**2,
             trunk=case.trunk,
+            links=case.links,
             balanced=case.balanced,
+            rise=case.rise * length,
+            edge=edge,
+            ahead=ahead,
         )
         schedule = Schedule(
             cycles=1,
             period=case.period * time or step,
             delay=case.delay * time,
-            threshold=THRESHOLD * mass * self.gravity / ASTRO_GRAVITY,
+            threshold=THRESHOLD * force,
             noise_angle=case.noise_angle,
             noise_rate=case.noise_rate / time,
+            quantum_angle=case.quantum_angle,
+            quantum_rate=case.quantum_rate / time,
+            cap=case.cap * torque or NO_CAP,
+            lag=case.lag * time,
+            push=(x, y, z, began, began + pushed),
+            rise=plant.rise,
+            edge=edge,
+            ahead=ahead,
         )
         return plant, schedule

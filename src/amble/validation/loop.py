@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,15 @@ FLAGS = ("-std=c99", "-Wall", "-Wextra", "-O2", "-fPIC", "-shared")
 MOST_CYCLES = 10_000
 """Of one walk."""
 
+NO_CAP = 1e9
+"""Torque of motors that give what is asked for, N m."""
+
+AS_THEY_ARE = (
+    *("threshold", "noise_angle", "noise_rate", "quantum_angle", "quantum_rate", "cap", "lag"),
+    *("rise", "edge", "ahead"),
+)
+"""Numbers of a schedule that the loop takes, in the order of its structure."""
+
 LOWEST, STEEPEST = 0.5, 0.7
 """A base below this share of its height at the start, or whose axis has a smaller vertical component, has fallen."""
 
@@ -38,14 +48,19 @@ class Schedule:
     Attributes:
         cycles: the most gait cycles.
         period: of the controller, s; a whole number of the plant's steps.
-        delay: until a command arrives, s.
+        delay: until a command arrives, s; the next whole step of the plant.
         threshold: normal force at which a foot's flag is set, N.
         noise_angle: standard deviation of measured joint angles, rad; where a controller reads the base, of its angles
             too, and times the leg length of its place.
         noise_rate: of measured rates, rad/s, in the same way.
+        quantum_angle: steps in which joint angles are measured, rad; 0 where they are not rounded.
+        quantum_rate: of joint rates, rad/s.
         cap: largest torque of the motors, N m.
         lag: their time constant, s.
         push: force on the base, N, from and until, s: (x, y, z, from, until).
+        rise: height of a step of the ground, m; what is past its edge stands on that height.
+        edge: where it is, x in m.
+        ahead: 1 where the step lies towards +x, -1 towards -x.
         seed: of the noise.
     """
 
@@ -55,9 +70,14 @@ class Schedule:
     threshold: float
     noise_angle: float = 0.0
     noise_rate: float = 0.0
-    cap: float = 1e9
+    quantum_angle: float = 0.0
+    quantum_rate: float = 0.0
+    cap: float = NO_CAP
     lag: float = 0.0
     push: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 1e9, 1e9)
+    rise: float = 0.0
+    edge: float = 0.0
+    ahead: float = 1.0
     seed: int = 1
 
     def __post_init__(self) -> None:
@@ -161,7 +181,7 @@ class Loop:
 
     def _filled(self, model: Any, schedule: Schedule, height: float) -> Any:
         gait, step = self.gait, model.opt.timestep
-        every, delay = round(schedule.period / step), round(schedule.delay / step)
+        every, delay = round(schedule.period / step), ceil(schedule.delay / step - 1e-6)
         if every < 1 or abs(every * step - schedule.period) > 1e-6 * schedule.period or not 0 <= delay < 512:
             raise InputError(
                 f"a controller with the period {schedule.period:g} s and the delay {schedule.delay:g} s does not fit "
@@ -170,7 +190,7 @@ class Loop:
         settings = self._settings()
         settings.cycles, settings.every, settings.delay = schedule.cycles, every, delay
         settings.trunk, settings.reach = model.body(gait.robot.links[0].name).id, gait.robot.leg_length
-        for name in ("threshold", "noise_angle", "noise_rate", "cap", "lag", "seed"):
+        for name in ("seed", *AS_THEY_ARE):
             setattr(settings, name, getattr(schedule, name))
         settings.push[:], (settings.push_from, settings.push_until) = schedule.push[:3], schedule.push[3:]
         settings.lowest, settings.steepest = LOWEST * height, STEEPEST
@@ -189,7 +209,7 @@ def _structures(joints: int, feet: int) -> tuple[Any, Any]:
     whole, real = ctypes.c_int, ctypes.c_double
     settings = [
         *((name, whole) for name in ("cycles", "every", "delay", "trunk")),
-        *((name, real) for name in ("threshold", "noise_angle", "noise_rate", "reach", "cap", "lag")),
+        *((name, real) for name in (*AS_THEY_ARE, "reach")),
         ("push", real * 3),
         *((name, real) for name in ("push_from", "push_until", "lowest", "steepest", "longest")),
         ("seed", ctypes.c_uint64),

@@ -33,7 +33,11 @@ class Plant:
         dry_friction: of all joints, N m, beside that of the record.
         armature: rotor inertia of all joints, kg m^2, beside that of the record.
         trunk: factor of the base link's mass and inertia.
+        links: factor of the mass and inertia of every other link.
         balanced: inertias that no body can have are made physical, as MuJoCo does by itself.
+        rise: height of a step of the ground, m, negative where it goes down; 0 where there is none.
+        edge: where it is, x in m.
+        ahead: 1 where the ground that is higher or lower lies towards +x, -1 towards -x.
     """
 
     step: float
@@ -44,7 +48,11 @@ class Plant:
     dry_friction: float = 0.0
     armature: float = 0.0
     trunk: float = 1.0
+    links: float = 1.0
     balanced: bool = False
+    rise: float = 0.0
+    edge: float = 0.0
+    ahead: float = 1.0
 
 
 def require_mujoco() -> None:
@@ -71,10 +79,7 @@ def mujoco_model(robot: Robot, plant: Plant) -> Any:
     option.gravity = [0.0, 0.0, -robot.gravity]
     option.timestep, option.impratio, option.iterations, option.tolerance = plant.step, 10.0, 100, 1e-10
     option.cone, option.integrator = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.worldbody.add_geom(
-        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0.0, 0.0, -plant.radius], size=[200.0, 200.0, 1.0],
-        contype=0, conaffinity=0,
-    )  # fmt: skip
+    grounds = _add_ground(mujoco, spec, plant)
     bodies = {0: spec.worldbody.add_body(name=robot.links[0].name, pos=[0.0, 0.0, 1.0])}
     bodies[0].add_freejoint(name="base")
     for joint in _from_the_base(robot):
@@ -99,19 +104,37 @@ def mujoco_model(robot: Robot, plant: Plant) -> Any:
             name=foot.name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[plant.radius, 0.0, 0.0], pos=foot.offset,
             contype=0, conaffinity=0,
         )  # fmt: skip
-        _touches_the_ground(spec, foot.name, plant)
+        for ground in grounds:
+            _touches(spec, ground, foot.name, plant)
     model = spec.compile()
     _write_inertias(mujoco, model, robot, plant)
     return model
 
 
-def _touches_the_ground(spec: Any, foot: str, plant: Plant) -> None:
+def _add_ground(mujoco: Any, spec: Any, plant: Plant) -> tuple[str, ...]:
+    """Add a plane, and a box on it whose top is the higher side of a step; return their names."""
+    low, high = sorted((0.0, plant.rise))
+    spec.worldbody.add_geom(
+        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0.0, 0.0, low - plant.radius], size=[200.0, 200.0, 1.0],
+        contype=0, conaffinity=0,
+    )  # fmt: skip
+    if not plant.rise:
+        return ("ground",)
+    towards = plant.ahead if plant.rise > 0.0 else -plant.ahead
+    spec.worldbody.add_geom(
+        name="step of the ground", type=mujoco.mjtGeom.mjGEOM_BOX, size=[100.0, 200.0, 0.5],
+        pos=[plant.edge + 100.0 * towards, 0.0, high - plant.radius - 0.5], contype=0, conaffinity=0,
+    )  # fmt: skip
+    return "ground", "step of the ground"
+
+
+def _touches(spec: Any, ground: str, foot: str, plant: Plant) -> None:
     """Let a foot collide with the ground, soft along the normal only.
 
     MuJoCo's friction creeps with the time constant of its contacts, which no ground does however soft it is: its own
     stays that of a hard contact.
     """
-    pair = spec.add_pair(name=foot, geomname1="ground", geomname2=foot)
+    pair = spec.add_pair(name=f"{foot} on {ground}", geomname1=ground, geomname2=foot)
     pair.condim, pair.friction = 3, [plant.friction, plant.friction, 0.005, 0.0001, 0.0001]
     pair.solimp = [0.95, 0.999, 0.0005, 0.5, 2.0]
     stiffest = 2.0 * plant.step
@@ -140,9 +163,10 @@ def _write_inertias(mujoco: Any, model: Any, robot: Robot, plant: Plant) -> None
             model.body_inertia[number], model.body_iquat[number] = values, _quaternion(mujoco, axes)
             model.body_ipos[number], model.body_mass[number] = link.center, link.mass
             model.body_sameframe[number] = 0
-    trunk = model.body(robot.links[0].name).id
-    model.body_mass[trunk] *= plant.trunk
-    model.body_inertia[trunk] *= plant.trunk
+    for place, link in enumerate(robot.links):
+        number, factor = model.body(link.name).id, plant.links if place else plant.trunk
+        model.body_mass[number] *= factor
+        model.body_inertia[number] *= factor
     model.body_simple[:] = 0
     model.dof_simplenum[:] = 0
     mujoco.mj_setConst(model, mujoco.MjData(model))

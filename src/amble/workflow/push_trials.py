@@ -76,7 +76,7 @@ def mujoco_engine(gait: Gait, settings: TrialSettings) -> Run:
     from amble.validation.mujoco_model import mujoco_model
 
     scales = Scales.of(gait.robot)
-    plant, usual = scales.applied(Case(name="pushed", friction=settings.friction))
+    plant, usual = scales.applied(Case(name="pushed", friction=settings.friction), gait)
     loop, model = Loop(gait, None, scales.confirm), mujoco_model(gait.robot, plant)
 
     def run(push: Push) -> tuple[int, str]:

@@ -1,4 +1,4 @@
-/* The exported controller in a loop with MuJoCo: sample, hold, delay, noise, push, and what is measured. Compiled with
+/* The exported controller in a loop with MuJoCo: sample, hold, delay, noise, rounding, push, and what is measured. Compiled with
  * amble_controller.c, of the impedance law or of one that reads the whole state; one call walks one case. */
 #include <math.h>
 #include <mujoco/mujoco.h>
@@ -15,8 +15,10 @@ typedef struct {
   int trunk;          /* body of the base */
   double threshold;   /* normal force at which a foot's flag is set, N */
   double noise_angle, noise_rate; /* standard deviations, rad and rad/s */
-  double reach;       /* by which those of the base's place and velocity are larger, m */
+  double quantum_angle, quantum_rate; /* steps in which joints are measured, rad and rad/s; 0 for none */
   double cap, lag;    /* torque limit, N m, and time constant, s, of the motors */
+  double rise, edge, ahead; /* height of a step of the ground, m, x of its edge, and on which side of it, 1 or -1 */
+  double reach;       /* by which deviations of the base's place and velocity are larger, m */
   double push[3], push_from, push_until; /* force on the base, N, between two times, s */
   double lowest, steepest; /* height of the base, m, and vertical component of its axis, below which it has fallen */
   double longest;     /* the walk ends after so long, s */
@@ -73,24 +75,31 @@ static double sliding(const mjModel *m, const mjData *d, int geom) {
   return hypot(v[3] - r * v[1], v[4] + r * v[0]);
 }
 
+/* Height of the ground at a place, m. */
+static double ground(const settings *s, double x) { return s->ahead * (x - s->edge) > 0.0 ? s->rise : 0.0; }
+
 /* Deepest origin or centre of mass of a body below the ground, m; the robot's record has no other shape. */
-static double depth(const mjModel *m, const mjData *d) {
+static double depth(const mjModel *m, const mjData *d, const settings *s) {
   double found = -1e30;
   int b;
   for (b = 1; b < m->nbody; b++) {
-    if (-d->xipos[3 * b + 2] > found) found = -d->xipos[3 * b + 2];
-    if (-d->xpos[3 * b + 2] > found) found = -d->xpos[3 * b + 2];
+    double mass = ground(s, d->xipos[3 * b]) - d->xipos[3 * b + 2];
+    double origin = ground(s, d->xpos[3 * b]) - d->xpos[3 * b + 2];
+    if (mass > found) found = mass;
+    if (origin > found) found = origin;
   }
   return found;
 }
 
 static double noisy(double value, double deviation) { return deviation > 0.0 ? value + deviation * normal() : value; }
 
+static double rounded(double value, double quantum) { return quantum > 0.0 ? quantum * rint(value / quantum) : value; }
+
 static void sense(const mjData *d, const settings *s, double *q, double *qd) {
   int i;
   for (i = 0; i < AMBLE_JOINTS; i++) {
-    q[i] = noisy(d->qpos[s->qpos[i]], s->noise_angle);
-    qd[i] = noisy(d->qvel[s->dof[i]], s->noise_rate);
+    q[i] = rounded(noisy(d->qpos[s->qpos[i]], s->noise_angle), s->quantum_angle);
+    qd[i] = rounded(noisy(d->qvel[s->dof[i]], s->noise_rate), s->quantum_rate);
   }
 }
 
@@ -224,8 +233,8 @@ void walk(const mjModel *m, mjData *d, const settings *s, outcome *r, double *tr
     }
     mj_step(m, d);
     r->time = t + h;
-    if (depth(m, d) > r->deepest) r->deepest = depth(m, d);
-    if (!(d->qpos[2] > s->lowest) || !(d->xmat[9 * s->trunk + 8] > s->steepest)) {
+    if (depth(m, d, s) > r->deepest) r->deepest = depth(m, d, s);
+    if (!(d->qpos[2] - ground(s, d->qpos[0]) > s->lowest) || !(d->xmat[9 * s->trunk + 8] > s->steepest)) {
       r->fell = 1;
       break;
     }
