@@ -90,6 +90,7 @@ def test_wrong_questions_are_refused(under: Gait, tmp_path: Path) -> None:
     out = ["--out", str(tmp_path / "v.json")]
     assert exit_code("validate", file, "--engine", "bullet", *out) == 2
     assert exit_code("validate", file, "--case", "rain", *out) == 2
+    assert exit_code("validate", file, "--case", "torque lag 2 ms", "--cycles", "1", *out) == 0
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 10**30])

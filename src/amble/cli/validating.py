@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +11,9 @@ from amble.cli import options
 from amble.cli.console import print_table, progress
 from amble.cli.output import result, show, wrote
 from amble.errors import InputError, WorkError, shown
+
+if TYPE_CHECKING:
+    from amble.validation import Case
 
 ENGINES = ("mujoco",)
 
@@ -55,18 +58,14 @@ def validate(
     from amble.gait.files import load_gait
     from amble.report import write_results
     from amble.simulation import save_trace
-    from amble.validation import BATTERY, MORE
+    from amble.validation import BATTERY
     from amble.validation import validate as walk
 
     if engine not in ENGINES:
         raise InputError(f"unknown engine '{shown(engine)}'; known: {', '.join(ENGINES)}")
-    known = {entry.name: entry for entry in (*BATTERY, *MORE)}
-    for name in case or ():
-        if name not in known:
-            raise InputError(f"unknown case '{shown(name)}'; known: {', '.join(known)}")
+    cases = _named(case) if case else BATTERY
     walker = options.under(load_gait(gait), control)
     chosen = None if law is None else options.parse_law(law, walker.pattern)
-    cases = [known[name] for name in case] if case else BATTERY
     if record is not None and len(cases) != 1:
         raise InputError("--record writes one walk: name its case, such as --case nominal")
     with progress("walking in MuJoCo") as notify:
@@ -79,6 +78,17 @@ def validate(
     wrote(write_results(out, {"validation": found.to_dict()}))
     if found.passed < len(found.results):
         raise WorkError(f"{len(found.results) - found.passed} of {len(found.results)} cases do not pass")
+
+
+def _named(names: list[str]) -> list[Case]:
+    """Return the cases of these names."""
+    from amble.validation import BATTERY, MORE
+
+    known = {entry.name: entry for entry in (*BATTERY, *MORE)}
+    for name in names:
+        if name not in known:
+            raise InputError(f"unknown case '{shown(name)}'; known: {', '.join(known)}")
+    return [known[name] for name in names]
 
 
 def _compared(gait: Path, log: Path, out: Path) -> None:
