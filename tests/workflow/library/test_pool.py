@@ -21,7 +21,8 @@ import json, os, sys, time
 print(json.dumps({'ready': True}), flush=True)
 for line in sys.stdin:
     task = json.loads(line)
-    print(json.dumps({"at": "solve"}), flush=True)
+    print(json.dumps({"stage": "check", "at": "check"}), flush=True)
+    print(json.dumps({"at": "check, node 3"}), flush=True)
     if task["do"] == "hang": time.sleep(3600)
     if task["do"] == "die": os.kill(os.getpid(), 9)
     if task["do"] == "fail": sys.exit("no luck")
@@ -65,7 +66,7 @@ def test_others_are_done_beside_what_hangs_and_dies(command: list[str], tmp_path
     run_pool(command, count, 0.5, recorded.work())
     assert time.monotonic() - began < 30.0
     assert sorted(recorded.finished) == [0, 2, 5]
-    assert {place: stage for place, (stage, _) in recorded.missing.items()} == dict.fromkeys((1, 3, 4), "solve")
+    assert {place: stage for place, (stage, _) in recorded.missing.items()} == dict.fromkeys((1, 3, 4), "check")
     assert recorded.missing[1][1] == "it took more than 0.5 s"
     assert "SIGKILL" in recorded.missing[3][1]
     assert recorded.missing[4][1].endswith("exit code 1: no luck")

@@ -8,8 +8,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from amble.errors import AmbleError, NotSolvedError
+from amble.errors import AmbleError, InputError, NotSolvedError
 from amble.gait import Gait
+from amble.gait.unfolding import unfolded
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability import Certificate, certify
 from amble.stability.stabilize import stabilization
@@ -82,7 +83,7 @@ def _solve(
         specification = library.specification(values)
         problem, solver = library.problem(values), specification.solver
         require_possible(problem)
-        fitting = near if near is not None and _alike(near, problem.pattern.mirrored) else None
+        fitting = _alike(near, problem.pattern.mirrored)
         program = build_program(problem, library.grid.size)
         outcome = solve_from(program, fitting, solver.tolerance, solver.iterations, progress, solver=solver.name)
         made.numbers |= {"from_neighbour": outcome.warm, "all_iterations": outcome.iterations}
@@ -99,16 +100,20 @@ def _solve(
             raise GaitNotCheckedError(found, problem.intervals)
 
 
-def _alike(near: Gait, mirrored: bool) -> bool:
-    """Whether a neighbour has a problem's stances: straight ahead a named gait is mirrored, in a turn it is not."""
-    return near.pattern.mirrored == mirrored
+def _alike(near: Gait | None, mirrored: bool) -> Gait | None:
+    """Return a neighbour with a problem's stances: a named gait is mirrored straight ahead, and not where it turns."""
+    if near is None or near.pattern.mirrored == mirrored:
+        return near
+    try:
+        return None if mirrored else unfolded(near)
+    except InputError:  # without its mirror it has no known form
+        return None
 
 
 def _stabilise(made: Made, stable: Gait | None, progress: Progress) -> None:
     gait = _gait(made)
     with _stage(made, "stabilise", progress):
-        near = stable if stable is not None and _alike(stable, gait.pattern.mirrored) else None
-        found = stabilization(gait, progress=progress, near=near)
+        found = stabilization(gait, progress=progress, near=_alike(stable, gait.pattern.mirrored))
         made.gait = found.gait
         made.numbers |= stabilisation_numbers(found)
 

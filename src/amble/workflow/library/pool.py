@@ -34,7 +34,7 @@ class Worker:
         words: its standard error, a file.
         point: the gait; None while it waits for one.
         deadline: when the gait has to be done, by ``time.monotonic``.
-        stage: what it said last of the gait.
+        stage: of the gait, as it said last.
         ready: whether it has said so; what it does before is no gait's fault.
         read: bytes of an answer that is not whole yet.
     """
@@ -108,7 +108,7 @@ class Work:
         task: what a process has to know of a gait.
         done: a gait's record is written.
         lost: a gait has none: it took too long, or its process ended; with the stage and the reason.
-        tell: a gait is at a stage.
+        tell: what is being done with a gait.
     """
 
     next: Callable[[], Point | None]
@@ -175,8 +175,8 @@ class Pool:
                 worker.point = None
                 self.work.done(point)
             else:
-                worker.stage = str(answer.get("at", worker.stage))
-                self.work.tell(point, worker.stage)
+                worker.stage = str(answer.get("stage", worker.stage))
+                self.work.tell(point, str(answer.get("at", worker.stage)))
 
     def _give_up(self, worker: Worker, reason: str) -> None:
         point = worker.point

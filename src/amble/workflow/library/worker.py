@@ -21,7 +21,7 @@ from amble.gait.files import load_gait
 from amble.io.plugins import load_plugins
 from amble.progress import Progress, ProgressReport, silent
 from amble.workflow.library.axes import LibrarySpecification, read_library
-from amble.workflow.library.entry import make_gait
+from amble.workflow.library.entry import STAGES, make_gait
 from amble.workflow.library.files import LibraryEntry, write_entry
 from amble.workflow.library.way import Task
 
@@ -38,8 +38,12 @@ def main() -> None:
     load_plugins(plugins)
     library = read_library(specification)
 
+    stage = STAGES[0]
+
     def tell(report: ProgressReport) -> None:
-        print(json.dumps({"at": str(report)}), file=answers, flush=True)
+        nonlocal stage
+        stage = report.what if report.what in STAGES else stage
+        print(json.dumps({"stage": stage, "at": str(report)}), file=answers, flush=True)
 
     print(json.dumps({"ready": True}), file=answers, flush=True)
     for line in sys.stdin:
