@@ -14,7 +14,8 @@ from amble.errors import InputError
 from amble.export import export_schedule
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
-from amble.gait.schedule import Schedule, impedance_schedule
+from amble.gait.schedule import Schedule
+from amble.gait.schedule_tables import impedance_schedule
 from tests.export.test_impedance import FEET, JOINTS, NOT_FINITE, Command, Numbers, built
 from tests.export.test_impedance import Controller as OneGait
 

@@ -11,11 +11,14 @@ import pytest
 
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait import schedule as scheduling
+from amble.gait import schedule_tables as scheduling
 from amble.gait.files import load_gait
 from amble.gait.impedance import HOLD, Impedance, references
+from amble.gait.landing_stances import landings
 from amble.gait.orbit import OrbitArc, orbit_arcs
-from amble.gait.schedule import Schedule, impedance_schedule
+from amble.gait.schedule import Schedule
+from amble.gait.schedule_tables import impedance_schedule
+from amble.gait.unfolding import unfolded
 from amble.numerics.pieces import Pieces
 from amble.types import Matrix, Vector, frozen
 from tests.conftest import DATA
@@ -127,13 +130,52 @@ def test_what_cannot_be_interpolated_is_refused(gait: Gait, stabilised_gait: Gai
     ):
         impedance_schedule({(0.2, 0.3): gait, (0.2, 0.4): gait, (0.3, 0.3): gait}, ("speed", "height"))
     half = replace(gait.pattern, name="another")
-    with pytest.raises(InputError, match="differ in robot, stances or ground"):
+    with pytest.raises(InputError, match="differ in robot, stances, landing rule or ground"):
         impedance_schedule({(0.2,): gait, (0.3,): replace(gait, pattern=half)}, ("speed",))
     with pytest.raises(InputError, match="control law 'impedance'"):
         impedance_schedule({(0.2,): stabilised_gait, (0.3,): stabilised_gait}, ("speed",))
+
+
+@pytest.mark.slow
+def test_between_landings_the_law_is_interpolated_too() -> None:
+    """At a gait it is the gait's own, also between two landings, in pieces that are never reached more."""
     trot = replace(load_gait(DATA / "stabilised-trot-one-by-one.json"), control=Impedance())
-    with pytest.raises(InputError, match="one by one"):
-        impedance_schedule({(0.2,): trot, (0.3,): trot}, ("speed",))
+    stiff = replace(trot, control=Impedance(swing_stiffness=150.0))
+    found = impedance_schedule({(0.2,): trot, (0.4,): stiff}, ("speed",))
+    joints = len(trot.robot.joints)
+    own, other = (Impedance.landing_numbers(gait.control, gait, None) for gait in (trot, stiff))  # type: ignore[arg-type]
+    law = found.law((0.25,))
+    assert list(law.between) == list(own) == [stance.name for stance, _ in landings(trot)]
+    for name, numbers in law.between.items():
+        hold = float(own[name].parameters[1])
+        assert numbers.breakpoints == pytest.approx((hold,))
+        for clock in (0.0, 0.3 * hold, 1.5 * hold):
+            expected = references_at(own[name].parameters, clock, joints)
+            np.testing.assert_allclose(references_at(numbers.parameters, clock, joints), expected, atol=1e-12)
+        gains = slice(2, 2 + 2 * joints)
+        mean = 0.75 * own[name].parameters[gains] + 0.25 * other[name].parameters[gains]
+        np.testing.assert_allclose(numbers.parameters[gains], mean, rtol=1e-13)
+
+
+def test_mirror_images_are_the_laws_of_mirrored_motions(gait: Gait, stabilised_gait: Gait) -> None:
+    """Of a gait that is its own image written out, the image is the gait itself; of stiffer legs on one side it has
+    the other side's."""
+    whole = replace(unfolded(stabilised_gait), control=Impedance())
+    lame = replace(whole, control=Impedance(stiffness={"D1 fl_hip_pitch": 333.0}))
+    grid = {(0.0,): whole, (0.3,): lame}
+    found = impedance_schedule(grid, ("yaw_rate",), images=True)
+    assert found.values == ((-0.3, 0.0, 0.3),)
+    joints, curves = gait.robot.joint_names, slice(2 + 2 * len(gait.robot.joints), None)
+    straight, left, right = found.tables[1], found.tables[2], found.tables[0]
+    size = np.abs(straight).clip(max=1e3).max()
+    np.testing.assert_allclose(right[:, curves], straight[:, curves], atol=1e-9 * size)
+    np.testing.assert_array_equal(left[:, curves], straight[:, curves])
+    stiff = 2 + joints.index("fr_hip_pitch")
+    assert right[2, stiff] == 333.0  # D3 is the mirror image of D1
+    np.testing.assert_allclose(np.delete(right[2], stiff), np.delete(straight[2], stiff), atol=1e-9 * size)
+    robot = gait.robot
+    moved = robot.mirror.state(orbit_arcs(whole, whole.law)[2].states(np.zeros(1))[0][0])
+    np.testing.assert_allclose(np.delete(found.starts[0], [0, 1]), np.delete(moved, [0, 1]), atol=1e-9)
 
 
 def test_a_landing_rule_is_no_matter_where_single_feet_land(gait: Gait) -> None:

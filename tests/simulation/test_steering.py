@@ -10,7 +10,7 @@ import pytest
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
-from amble.gait.schedule import impedance_schedule
+from amble.gait.schedule_tables import impedance_schedule
 from amble.simulation import simulate
 from amble.simulation.steering import Stepper, steer
 

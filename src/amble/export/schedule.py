@@ -12,6 +12,7 @@ from amble.export.impedance import REAL, DomainTable, impedance_code, vectors
 from amble.export.law import numbers, whole_numbers
 from amble.export.vectors import SEED
 from amble.gait.impedance import HOLD
+from amble.gait.landing_stances import landings
 from amble.gait.schedule import Schedule
 from amble.types import NodeValues
 
@@ -54,12 +55,17 @@ def _vectors(schedule: Schedule, lowest: Sequence[float], highest: Sequence[floa
     generator, lines, peak = np.random.default_rng(SEED), list[str](), 0.0
     drawn = [generator.uniform(lowest, highest).tolist() for _ in range(INSIDE)]
     for command in (lowest, highest, *drawn):
-        packed = np.array([entry.parameters for entry in schedule.law(command).entries])
+        law = schedule.law(command)
+        packed = np.array([entry.parameters for entry in (*law.entries, *law.between.values())])
         largest, more = vectors(schedule.gait, _domains(schedule, packed), generator, command)
         peak, lines = max(peak, largest), lines + more
     return "\n".join([repr(peak), *lines, ""])
 
 
 def _domains(schedule: Schedule, packed: NodeValues) -> list[DomainTable]:
-    joints = len(schedule.gait.robot.joints)
-    return [DomainTable.of(row, joints, float(row[1]) / HOLD) for row in packed]
+    """Tables of the solved stances, then of those between landings, whose planned duration is the next stance's."""
+    gait, joints = schedule.gait, len(schedule.gait.robot.joints)
+    solved = gait.pattern.solved
+    following = [*range(len(solved)), *(solved.index(stance) for _, stance in landings(gait))]
+    durations = [float(packed[place][1]) / HOLD for place in following]
+    return [DomainTable.of(row, joints, duration) for row, duration in zip(packed, durations, strict=True)]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amble.gait import Gait
-from amble.gait.landing_stances import entering, landings, twin
+from amble.gait.landing_stances import between, laws
 from amble.hybrid import Stance
 
 
@@ -31,33 +31,29 @@ class ExportedStance:
 
 def exported_stances(gait: Gait) -> list[ExportedStance]:
     """Return all stances in the order of their numbers in C, which is that of ``GaitPattern.visited``."""
-    pattern, count = gait.pattern, len(gait.pattern.stances)
-    solved = len(pattern.solved)
-    found = {
-        stance.name: ExportedStance(
+    places, around = laws(gait), _around(gait)
+    return [
+        ExportedStance(
             stance=stance,
-            law=number % solved,
-            mirrored=number >= solved,
-            before=pattern.stances[number - 1].feet,
-            after=pattern.stances[(number + 1) % count].feet,
+            law=places[stance.name][0],
+            mirrored=places[stance.name][1],
+            before=around[stance.name][0],
+            after=around[stance.name][1],
         )
-        for number, stance in enumerate(pattern.stances)
+        for stance in gait.pattern.visited
+    ]
+
+
+def _around(gait: Gait) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Return of every stance by name the feet that stand before it, and in the gait's next stance."""
+    stances = gait.pattern.stances
+    found = {
+        stance.name: (stances[number - 1].feet, stances[(number + 1) % len(stances)].feet)
+        for number, stance in enumerate(stances)
     }
-    for place, (stance, following) in enumerate(landings(gait), start=solved):
-        number = pattern.solved.index(following)
-        switches = [(entering(gait, number), stance)]
-        if pattern.mirrored:
-            image = pattern.all_switches[number - 1 + solved]
-            switches.append((image, twin(gait, image, stance)))
-        for mirrored, (switch, reached) in enumerate(switches):
-            found[reached.name] = ExportedStance(
-                stance=reached,
-                law=place,
-                mirrored=bool(mirrored),
-                before=switch.source.feet,
-                after=switch.target.feet,
-            )
-    return [found[stance.name] for stance in pattern.visited]
+    for switch in gait.pattern.all_switches:
+        found |= {stance.name: (switch.source.feet, switch.target.feet) for stance in between(gait, switch)}
+    return found
 
 
 def mask(gait: Gait, feet: Sequence[str]) -> int:

@@ -41,3 +41,18 @@ def landings(gait: Gait) -> list[tuple[Stance, Stance]]:
     """Return the stances between the landings into every solved stance, each with that stance."""
     solved = gait.pattern.solved
     return [(stance, solved[n]) for n in range(len(solved)) for stance in between(gait, entering(gait, n))]
+
+
+def laws(gait: Gait) -> dict[str, tuple[int, bool]]:
+    """Return of every visited stance by name the place of its law and whether it is the mirrored one.
+
+    The laws are those of the solved stances, then those between ``landings``.
+    """
+    pattern, solved = gait.pattern, len(gait.pattern.solved)
+    found = {stance.name: (number % solved, number >= solved) for number, stance in enumerate(pattern.stances)}
+    for place, (stance, following) in enumerate(landings(gait), start=solved):
+        found[stance.name] = place, False
+        if pattern.mirrored:
+            image = pattern.all_switches[pattern.solved.index(following) - 1 + solved]
+            found[twin(gait, image, stance).name] = place, True
+    return found

@@ -17,7 +17,7 @@ from amble.errors import InputError
 from amble.gait.record import DomainTrajectory, Feedback, Gait
 from amble.hybrid import Stance, Switch
 from amble.robot.mirror import SignedPermutation
-from amble.types import Matrix, NodeValues, Vector, frozen
+from amble.types import NodeValues, Vector, frozen
 
 
 def unfolded(gait: Gait) -> Gait:

@@ -15,11 +15,13 @@ import numpy as np
 from amble.amounts import check_amount
 from amble.defaults import TOLERANCE
 from amble.errors import InputError
+from amble.gait.landing_stances import between, laws
 from amble.gait.plant_errors import PlantErrors
+from amble.gait.record import Gait
 from amble.gait.schedule import Schedule
 from amble.gait.unilateral_loop import RELEASED, TOUCHED, unilateral_loop
 from amble.gait.unilateral_state import unilateral_start
-from amble.hybrid import HybridSystem
+from amble.hybrid import HybridSystem, Stance
 from amble.progress import Progress, ProgressReport, silent
 from amble.simulation.trace import COMPLETED
 from amble.simulation.walk import HybridArc, walk
@@ -47,8 +49,11 @@ class Stepper:
         law = schedule.law([row[0] for row in schedule.values])
         whole = unilateral_loop(gait, control=law, errors=PlantErrors(friction=friction))
         self.state_names = tuple(whole.state_names[: 2 * gait.robot.size])
-        names, solved = [stance.name for stance in gait.pattern.stances], len(gait.pattern.solved)
-        self._steps = [_step(whole, names[first : first + solved]) for first in range(0, len(names), solved)]
+        self._laws = {name: place for name, (place, _) in laws(gait).items()}
+        stances, solved = gait.pattern.stances, len(gait.pattern.solved)
+        self._steps = [
+            _step(whole, _inside(gait, stances[first : first + solved])) for first in range(0, len(stances), solved)
+        ]
 
     @property
     def count(self) -> int:
@@ -71,19 +76,25 @@ class Stepper:
         Raises:
             InputError: the command lies outside the schedule.
         """
-        entries = self.schedule.law(command).entries
-        system = self._steps[number]
-        each = len(system.domains) // len(entries)  # as planned, after a release, after a touch
-        domains = [
-            replace(
-                domain,
-                parameters=entries[place // each].parameters,
-                breakpoints=entries[place // each].breakpoints if place % each == 0 else (),
-            )
-            for place, domain in enumerate(system.domains)
-        ]
+        law, system = self.schedule.law(command), self._steps[number]
+        entries = [*law.entries, *law.between.values()]
+        domains = []
+        for domain in system.domains:
+            name = _stance(domain.name)
+            own = entries[self._laws[name]]
+            ends = own.breakpoints if domain.name == name else ()  # only of one that goes as planned
+            domains.append(replace(domain, parameters=own.parameters, breakpoints=ends))
         moved = HybridSystem(domains, system.transitions, (), system.state_names)
         return walk(moved, entry, 1, tolerance, 2, self._limit)
+
+
+def _inside(gait: Gait, stances: Sequence[Stance]) -> list[str]:
+    """Return the names of the stances of a step, with those between the landings that end each."""
+    found = [stance.name for stance in stances]
+    for switch in gait.pattern.all_switches:
+        if switch.source in stances:
+            found += [stance.name for stance in between(gait, switch)]
+    return found
 
 
 def _step(whole: HybridSystem, stances: Sequence[str]) -> HybridSystem:

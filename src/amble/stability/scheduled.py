@@ -9,6 +9,7 @@ sequences of steps up and down by D are walked on ground that pushes only.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,14 +26,17 @@ from amble.progress import Progress, ProgressReport, silent
 from amble.simulation.steering import Stepper
 from amble.simulation.trace import COMPLETED
 from amble.stability.common_bound import common_bound
-from amble.stability.fixed_point import fixed_point
+from amble.stability.fixed_point import FixedPoint, fixed_point
 from amble.stability.group import Shift, act, generators
+from amble.stability.landing_orders import orders_of
+from amble.stability.monodromy import Monodromy, prepare_variational
+from amble.stability.poincare import TIME_LIMIT
 from amble.types import IntegerVector, Matrix, Vector, frozen
 
 DEPTH = 5
 """Steps of a sequence of commands; what is older has decayed."""
 
-SHARES = tuple(2.0**-k for k in range(3, 14))
+SHARES = tuple(2.0**-k for k in range(2, 14))
 """Changes of the command a step that are tried, descending, as shares of the range."""
 
 MARGIN = 0.5
@@ -53,21 +57,23 @@ class SampledStep:
     Attributes:
         command: one number an axis.
         state: its fixed point with place and heading zero, (2 n_q,).
-        matrix: its derivative there on the section, (m, m).
+        matrices: its derivatives there on the section, (m, m): one, or where feet land one by one one of every order.
         duration: of the step, s.
         speed: mean velocity along the way of the orbit, m/s.
+        yaw_rate: mean rate of its heading, rad/s.
     """
 
     command: tuple[float, ...]
     state: Vector
-    matrix: Matrix
+    matrices: tuple[Matrix, ...]
     duration: float
     speed: float
+    yaw_rate: float
 
     @property
     def radius(self) -> float:
-        """Spectral radius of the step."""
-        return float(np.abs(np.linalg.eigvals(self.matrix)).max())
+        """Spectral radius of the step, the largest of its derivatives'."""
+        return max(float(np.abs(np.linalg.eigvals(matrix)).max()) for matrix in self.matrices)
 
 
 def section_coordinates(schedule: Schedule, system: HybridSystem) -> tuple[IntegerVector, IntegerVector]:
@@ -98,29 +104,48 @@ def sampled_step(schedule: Schedule, command: Sequence[float]) -> SampledStep:
     Raises:
         NotSolvedError: there is none near the gaits around it.
     """
-    system = closed_loop(schedule.gait, control=schedule.law(command), half=True)
-    along, kept = section_coordinates(schedule, system)
+    gait, law = schedule.gait, schedule.law(command)
+    system = closed_loop(gait, control=law, half=True)
+    along, _ = section_coordinates(schedule, system)
+    smooth = [closed_loop(gait, control=law, half=True, orders=order) for order in orders_of(gait)]
     try:
-        found = fixed_point(system, schedule.start(command))
-        found = fixed_point(system, on_section(system, along, found.state).image)
+        found = _orbit(system, smooth, schedule.start(command))
+        found = _orbit(system, smooth, on_section(system, along, found.state).image)
     except (NotSolvedError, FallError) as error:
         where = ", ".join(f"{axis} {value:g}" for axis, value in zip(schedule.axes, command, strict=True))
         raise NotSolvedError(
             f"between the gaits there is no orbit at {where} ({str(error).splitlines()[0]}): take gaits nearer to each "
             "other, or of more alike durations ([limits] duration)"
         ) from None
-    shift = on_section(system, along, found.monodromy.image)
-    tangent = generators(system, found.state)
-    project = np.eye(found.state.size) - tangent @ np.linalg.solve(tangent[along], np.eye(found.state.size)[along])
-    matrix = (project @ shift.matrix @ found.monodromy.matrix)[np.ix_(kept, kept)]
+    maps = [prepare_variational(each)(found.state, TOLERANCE, TIME_LIMIT, 1, None) for each in smooth]
     way = np.hypot(found.shift.get("x", 0.0), found.shift.get("y", 0.0))
     return SampledStep(
         command=tuple(map(float, command)),
         state=found.state,
-        matrix=frozen(matrix),
+        matrices=tuple(_on_section(schedule, system, found.state, each) for each in maps or [found.monodromy]),
         duration=found.period,
         speed=float(way / found.period),
+        yaw_rate=float(found.shift.get("yaw", 0.0) / found.period),
     )
+
+
+def _orbit(system: HybridSystem, smooth: Sequence[HybridSystem], guess: Vector) -> FixedPoint:
+    """Find the fixed point; where feet land one by one the map has a kink, and that of one order may lead to it."""
+    try:
+        return fixed_point(system, guess)
+    except NotSolvedError:
+        for each in smooth:
+            with contextlib.suppress(NotSolvedError, FallError):
+                return fixed_point(system, fixed_point(each, guess).state)
+        raise
+
+
+def _on_section(schedule: Schedule, system: HybridSystem, state: Vector, there: Monodromy) -> Matrix:
+    """Return the derivative of a step map on the section, (m, m)."""
+    along, kept = section_coordinates(schedule, system)
+    shift, tangent = on_section(system, along, there.image), generators(system, state)
+    project = np.eye(state.size) - tangent @ np.linalg.solve(tangent[along], np.eye(state.size)[along])
+    return frozen((project @ shift.matrix @ there.matrix)[np.ix_(kept, kept)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,7 +190,7 @@ def track(
     for command in commands:
         notify(ProgressReport(what="commands", done=len(samples), of=len(commands)))
         samples.append(sampled_step(schedule, command))
-    bound = common_bound([sample.matrix for sample in samples])
+    bound = common_bound([matrix for sample in samples for matrix in sample.matrices])
     if not (bound.verified and bound.rate < 1.0):
         raise WorkError(_no_metric(samples, bound.rate))
     spans = np.array([row[-1] - row[0] for row in schedule.values])

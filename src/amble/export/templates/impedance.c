@@ -174,7 +174,7 @@ static int switched(amble_controller *c) {
     c->stance = SWITCH[i].target;
     c->clock = 0;
 #if AMBLE_AXES
-    if (c->stance % STEP == 0) move(c);
+    if (!between_landings(c->stance) && c->stance % STEP == 0) move(c);
 #endif
     return 1;
   }

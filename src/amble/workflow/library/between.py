@@ -19,7 +19,9 @@ from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.gait.impedance import Impedance
 from amble.gait.plant_errors import PlantErrors
-from amble.gait.schedule import Schedule, grid_values, impedance_schedule
+from amble.gait.schedule import Schedule
+from amble.gait.schedule_tables import grid_values, impedance_schedule
+from amble.gait.unfolding import unfolded
 from amble.io.reader import read_record
 from amble.io.storage import atomic_write, check_replaceable, confined, dumps, replacing_folder
 from amble.progress import Progress, ProgressReport, silent
@@ -81,9 +83,10 @@ def transitions(
 ) -> Transitions:
     """Lead a library to where it can be steered, and write that into its folder ``transitions``.
 
-    Every certified gait gets gains of the impedance law that stabilise it, from its neighbour's; between the gaits the
-    law is interpolated (``gait.schedule``); at every gait and between every two an orbit is found, one metric in which
-    all of them contract, and the largest change of commands that can be walked (``stability.scheduled``).
+    Every certified gait gets gains of the impedance law that stabilise it, from its neighbour's; gaits of lateral
+    speeds or yaw rates from 0 on are completed by their mirror images; between the gaits the law is interpolated
+    (``gait.schedule``); at every gait and between every two an orbit is found, one metric in which all of them
+    contract, and the largest change of commands that can be walked (``stability.scheduled``).
 
     Args:
         library: a library, or its folder, with two values or more along each commanded axis and one along others.
@@ -102,7 +105,7 @@ def transitions(
     with confined(found.folder):
         check_replaceable(folder, _ours)
     axes, entries = _grid(found)
-    given = {place: found.gait(entry) for place, entry in entries.items()}
+    given = _alike({place: found.gait(entry) for place, entry in entries.items()})
     grid_values(given, axes)  # which refuses gaits between which nothing is interpolated before the work
     gaits: dict[tuple[float, ...], Gait] = {}
     spans = np.ptp(np.array(list(entries)), axis=0)
@@ -112,7 +115,7 @@ def transitions(
         near = min(gaits, key=lambda other: (_distance(place, other, spans), other)) if gaits else None
         gait = replace(given[place], control=Impedance())
         gaits[place] = stabilization(gait, near=None if near is None else gaits[near]).gait
-    schedule = impedance_schedule(gaits, axes)
+    schedule = impedance_schedule(gaits, axes, images=True)
     tracking = track(schedule, friction=friction, progress=notify)
     hashes = {entries[place].label: content_hash(gait) for place, gait in sorted(gaits.items())}
     with confined(found.folder), replacing_folder(folder, _ours) as fresh:
@@ -148,7 +151,7 @@ def load_transitions(library: str | Path) -> Transitions:
                 "after it was made; `amble transitions` makes it anew"
             )
         gaits[tuple(known[name].get(axis, np.nan) for axis in record.axes)] = gait
-    schedule = impedance_schedule(gaits, record.axes)
+    schedule = impedance_schedule(gaits, record.axes, images=True)
     return Transitions(schedule=schedule, changes=tuple(record.changes), friction=record.friction)
 
 
@@ -191,6 +194,13 @@ def _grid(found: Library) -> tuple[tuple[str, ...], dict[tuple[float, ...], Libr
     return axes, {tuple(entry.values[name] for name in axes): entry for entry in entries}
 
 
+def _alike(gaits: dict[tuple[float, ...], Gait]) -> dict[tuple[float, ...], Gait]:
+    """Write mirrored gaits out where others turn: between such a law is interpolated."""
+    if all(gait.pattern.mirrored for gait in gaits.values()):
+        return gaits
+    return {place: unfolded(gait) for place, gait in gaits.items()}
+
+
 def _ours(name: str) -> bool:
     """Whether a file of this name may be one of earlier transitions."""
     return name.endswith(".json")
@@ -217,6 +227,7 @@ def _tree(schedule: Schedule, hashes: Mapping[str, str], tracking: Tracking, fri
                 "command": list(sample.command),
                 "speed_m_s": sample.speed,
                 "step_s": sample.duration,
+                "yaw_rate_rad_s": sample.yaw_rate,
                 "radius_of_a_step": sample.radius,
             }
             for sample in tracking.samples
