@@ -20,9 +20,10 @@ along its last stance, and left at once after a change of 1e-4."""
 OFF_STRAIGHT = radians(15.0)
 """Least bend of knees by default, rad."""
 
-ACCELERATION, IN_FLIGHT = 9.0, 18.0
-"""Largest acceleration of joints by default, in g / l; of gaits with flight, where all legs are pulled up and put down
-in one domain: Go2's pronk has no solution with half as much."""
+ACCELERATION = 18.0
+"""Largest acceleration of joints by default, in g / l. A leg that is pulled up and put down in one domain needs it:
+with half as much Go2's pronk, HyQ's bound and Solo8's trot have no solution, and Mini Cheetah's trot three times the
+torque."""
 
 LIFT_OFF = 0.15
 """Shortest stance by default that ends as feet leave by their force, in sqrt(l / g). ANYmal C's walk had one of 0.05,
@@ -38,7 +39,7 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
     For a robot of the catalogue they are its builders' own, with 5 N of normal force and 20 mm of clearance. For any
     other, joint limits come from its description, and the rest follows from size and weight, with l the leg length, m
     the mass and g gravity: durations from 0.05 to 0.75 sqrt(l / g), from 0.15 where feet leave by their force at the
-    end, accelerations up to 9 g / l, with flight 18, a touchdown slower than 0.15 sqrt(g l) forward, 0.05 sideways and
+    end, accelerations up to 18 g / l, a touchdown slower than 0.15 sqrt(g l) forward, 0.05 sideways and
     0.45 downward, there faster than 0.02, normal forces from 2.4 % of m g, from 10 % of feet that stay, swing feet
     above 8 % of l, roll and pitch within 0.1 rad, knees at least 15 degrees off straight and bent as at the posture.
     Without these the smallest torques are those of straight legs whose feet hardly rise.
@@ -54,8 +55,7 @@ def default_limits(pattern: GaitPattern, posture: Posture | None = None, yaw_rat
         torques = dict.fromkeys(robot.joint_names, bounds.torque)
         speeds = dict.fromkeys(robot.joint_names, bounds.speed)
     else:
-        flies = any(not stance.feet for stance in pattern.stances)
-        bounds = _scaled(robot, posture or nominal_posture(robot), IN_FLIGHT if flies else ACCELERATION)
+        bounds = _scaled(robot, posture or nominal_posture(robot))
         weight = robot.mass * robot.gravity
         normal_force, clearance, standing = 0.024 * weight, CLEARANCE * robot.leg_length, STANDING * weight
         torques = {joint.name: joint.effort for joint in robot.joints if isfinite(joint.effort)}
@@ -88,7 +88,7 @@ def _turning(positions: Mapping[str, Interval], turn: float) -> Mapping[str, Int
     return {**positions, "yaw": (low + min(turn, 0.0), high + max(turn, 0.0))}
 
 
-def _scaled(robot: Robot, posture: Posture, acceleration: float) -> GaitBounds:
+def _scaled(robot: Robot, posture: Posture) -> GaitBounds:
     """Bounds by dimension: times in sqrt(l / g), velocities in sqrt(g l); ASTRo's own are of this size."""
     # shorthand
     velocity, length, g, z = velocity_unit(robot), robot.leg_length, robot.gravity, posture.height
@@ -102,7 +102,7 @@ def _scaled(robot: Robot, posture: Posture, acceleration: float) -> GaitBounds:
         duration=within(0.05, 0.75, time),
         torque=float("inf"),
         speed=float("inf"),
-        acceleration=acceleration * g / length,
+        acceleration=ACCELERATION * g / length,
         positions={
             **{name: bounds for name, bounds in base.items() if name in robot.base.coordinates},
             **{joint.name: (joint.lower, joint.upper) for joint in robot.joints},
