@@ -15,7 +15,7 @@ FUZZ_GAITS ?= 2000
 FUZZ_SEED ?= 0
 FUZZ := OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m fuzz
 
-.PHONY: help run test targets slow docs coverage fuzz fuzz-ci lint format bench lock clean
+.PHONY: help run test targets slow docs coverage fuzz fuzz-ci fleet-ci lint format bench lock clean
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 10
@@ -40,6 +40,9 @@ fuzz: $(VENV)/develop.stamp  ## drawn inputs for every reader and gaits through 
 
 fuzz-ci: $(VENV)/develop.stamp  ## the same for three minutes at most
 	$(FUZZ) --inputs 5000 --gaits 100 --seconds 70
+
+fleet-ci: $(VENV)/develop.stamp  ## ten rows of the fleet's table, found and checked, three walked
+	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m pytest -n 2 -m fleet tests/benchmarks
 
 docs: $(VENV)/docs.stamp  ## the documentation site in build/docs: tutorials are run, commands too, links and addresses checked
 	OPENBLAS_NUM_THREADS=1 $(VENV)/bin/python -m sphinx -n -W --keep-going -q -b html docs build/docs

@@ -1,6 +1,7 @@
 """Draw go2-trot.png, hyq-walk.png and anymal_c-running_trot.png: a cycle of three of the fleet's gaits, as they walk.
 
-Run from the folder of the project, after `python -m benchmarks fleet`: python -m docs.figures.walks build/benchmarks/fleet
+Run from the folder of the project after `python -m benchmarks fleet`:
+python -m docs.figures.walks build/benchmarks/fleet
 """
 
 from __future__ import annotations

@@ -15,7 +15,10 @@ from amble.analysis.reallocation import reallocate
 from amble.control.actuator import ACTUATORS, DATASHEET, PAPER, Actuator
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
+from amble.robot import Adaptation, load_robot
 from amble.robot.dynamics import mass_matrix
+from amble.synthesis import gait_problem, synthesize
+from tests.robots import PLANAR, path
 
 Builder = Callable[..., Motion]
 
@@ -45,6 +48,24 @@ def test_heat_identity(actuator: Actuator, law: str, oscillating_motion: Builder
     found = torque_metrics(oscillating_motion(16), law, actuator)
     coefficient = actuator.resistance / (actuator.gear_ratio * actuator.torque_constant) ** 2
     assert found.heat_power == pytest.approx(12.0 * coefficient * found.rms_torque**2, rel=1e-12)
+
+
+def test_heat_of_several_motors_is_the_sum_over_their_joints(oscillating_motion: Builder) -> None:
+    motion = oscillating_motion(16)
+    model = dataclasses.replace(
+        PAPER, joints={"fl_knee": DATASHEET, "rr_yaw": Actuator("own", 0.1, 0.2, 9.0, "a test")}
+    )
+    found = torque_metrics(motion, "pinv", model)
+    heat = 0.0
+    for column, joint in enumerate(motion.joints):
+        alone = np.zeros_like(motion.torques["pinv"])
+        alone[:, column] = motion.torques["pinv"][:, column]
+        part = dataclasses.replace(motion, torques={"pinv": alone})
+        heat += torque_metrics(part, "pinv", model.joints.get(joint, PAPER)).heat_power
+    assert found.heat_power == pytest.approx(heat, rel=1e-12)
+    assert found.rms_torque == torque_metrics(motion, "pinv", PAPER).rms_torque
+    with pytest.raises(UnknownNameError, match="joint 'tail'"):
+        torque_metrics(motion, "pinv", dataclasses.replace(PAPER, joints={"tail": PAPER}))
 
 
 def exact_cot(actuator: Actuator, period: float = 0.4) -> float:
@@ -149,6 +170,27 @@ def test_where_no_distance_is_walked_power_over_weight_is_what_is_left(oscillati
 def test_unusable_motions_are_refused(change: dict, message: str, oscillating_motion: Builder) -> None:
     with pytest.raises(InputError, match=message):
         dataclasses.replace(oscillating_motion(13), **change)
+
+
+def test_work_of_the_motors_is_what_impacts_and_friction_take() -> None:
+    """The same of a robot with rotors, damping and dry friction: its costs hold what they take."""
+    drives = Adaptation(rotor_inertia={"*": 0.02}, damping={"*": 0.3}, dry_friction={"*": 0.8}, friction_width=0.5)
+    walker = load_robot(path(PLANAR), {"l": "l_foot", "r": "r_foot"}, twins=[("l", "r")], adaptation=drives)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMBLE_COMPILER", "none")  # solving once is shorter than compiling
+        gait = synthesize(gait_problem(walker, "walk", speed=0.4))
+    (domain,) = gait.domains
+    speeds = domain.velocities[:, 3:]
+    work = float(simpson(np.sum(domain.torques * speeds, axis=1), x=domain.times))
+    taken = float(simpson(np.sum(0.3 * speeds**2 + 0.8 * speeds * np.tanh(speeds / 0.5), axis=1), x=domain.times))
+    jump = walker.mirror.position(domain.velocities[0]) - domain.velocities[-1]
+    lost = 0.5 * float(jump @ np.asarray(mass_matrix(walker, domain.positions[-1])) @ jump)
+    assert taken > 0.2 * lost
+    assert work == pytest.approx(lost + taken, rel=1e-4)
+    motion = samples_of_gait(gait)
+    motion = motion.motion({"own": motion.torques})
+    least = (lost + taken) / (walker.mass * walker.gravity * gait.speed * domain.duration)
+    assert torque_metrics(motion, "own", DATASHEET).cot > least
 
 
 def test_net_work_of_a_gait_is_what_its_impacts_lose(walking_gait: Gait) -> None:

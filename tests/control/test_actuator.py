@@ -43,6 +43,31 @@ def test_lookup() -> None:
         ACTUATORS["servo"]
 
 
+def test_joints_may_have_motors_of_their_own() -> None:
+    """Two motors by hand: 1 N m costs 0.5 / (2 * 0.1)^2 = 12.5 W at the knee, 0.2 / (10 * 0.1)^2 = 0.2 W elsewhere."""
+    knee = Actuator("knee", 0.1, 0.5, 2.0, "a test")
+    model = Actuator("leg", 0.1, 0.2, 10.0, "a test", {"knee": knee})
+    joints = ("hip", "knee")
+    assert model.heat_coefficients(joints) == pytest.approx([0.2, 12.5], rel=1e-14)
+    assert model.heat([[1.0, 1.0], [2.0, 0.0]], joints) == pytest.approx(np.array([[0.2, 12.5], [0.8, 0.0]]))
+    assert model.power([1.0, -1.0], [3.0, 3.0], joints) == pytest.approx([3.2, 12.5])
+    assert (model.fits(joints), model.fits(("hip",))) == (True, False)
+    assert Actuator(**model.fields) == model
+    assert hash(Actuator(**model.fields)) == hash(model)
+    assert "joints" not in knee.fields
+    for joints in ((), ("hip", "ankle")):
+        with pytest.raises(UnknownNameError, match="joint 'knee'"):
+            model.heat([1.0, 1.0], joints)
+    for wrong, words in (
+        (3.0, "are 3.0, not a motor"),
+        ({"knee": model}, "'knee' has joints of its own"),
+        ({"knee": {"name": "bare"}}, "joint 'knee' is no actuator model"),
+        ({"knee": 3.0}, "joint 'knee' is no actuator model"),
+    ):
+        with pytest.raises(InputError, match=words):
+            Actuator("leg", 0.1, 0.2, 10.0, "a test", wrong)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf")])
 def test_numbers_no_motor_has_are_refused(bad: float) -> None:
     with pytest.raises(InputError, match="gear_ratio"):

@@ -60,19 +60,20 @@ def torque_metrics(motion: Motion, law: str, actuator: Actuator) -> TorqueMetric
         actuator: the actuator model.
 
     Raises:
-        UnknownNameError: where the motion holds no torques of that law.
+        UnknownNameError: where the motion holds no torques of that law, or has no joint that the actuator names.
         InputError: where times do not ascend within a segment, or a segment has fewer than two samples.
     """
     torque = motion.torque(law)
     duration = motion.duration
+    coefficients = actuator.heat_coefficients(motion.joints)
     mechanical, squares = _integrals(motion.times, motion.segments, torque, motion.speeds)
-    heat = actuator.heat_coefficient * squares
+    heat = float(coefficients @ squares)
     weight = motion.mass * motion.gravity
     kept = _every_second(motion.segments)
     rough_mechanical, rough_squares = _integrals(
         motion.times[kept], motion.segments[kept], torque[kept], motion.speeds[kept]
     )
-    rough = rough_mechanical + actuator.heat_coefficient * rough_squares
+    rough = rough_mechanical + float(coefficients @ rough_squares)
     row, joint = np.unravel_index(int(np.argmax(np.abs(torque))), torque.shape)
     return TorqueMetrics(
         motion=motion.label,
@@ -84,7 +85,7 @@ def torque_metrics(motion: Motion, law: str, actuator: Actuator) -> TorqueMetric
         peak_torque=float(abs(torque[row, joint])),
         peak_joint=motion.joints[int(joint)],
         peak_time=float(motion.times[row]),
-        rms_torque=float(np.sqrt(squares / (len(motion.joints) * duration))),
+        rms_torque=float(np.sqrt(np.sum(squares) / (len(motion.joints) * duration))),
         mechanical_power=mechanical / duration,
         heat_power=heat / duration,
     )
@@ -94,12 +95,12 @@ def _per_distance(height: float, distance: float) -> float:
     return height / distance if distance > 0.0 else inf
 
 
-def _integrals(times: Vector, segments: IntegerVector, torque: NodeValues, speeds: NodeValues) -> tuple[float, float]:
-    """Integrals of the summed positive mechanical power, J, and of the summed squared torque, (N m)^2 s."""
+def _integrals(times: Vector, segments: IntegerVector, torque: NodeValues, speeds: NodeValues) -> tuple[float, Vector]:
+    """Integrals of the summed positive mechanical power, J, and of the squared torques, (n_joints,), (N m)^2 s."""
     width = torque.shape[1]
     cubics = splines(times, segments, np.hstack([torque * speeds, np.square(torque)]))
     mechanical = cubics.positive_integral()[:width]
-    return float(np.sum(mechanical)), float(np.sum(cubics.integral()[width:]))
+    return float(np.sum(mechanical)), cubics.integral()[width:]
 
 
 def _every_second(segments: IntegerVector) -> IntegerVector:

@@ -45,8 +45,12 @@ def is_papers(gait: Gait) -> bool:
 
 
 def actuators_for(gait: Gait) -> tuple[Actuator, ...]:
-    """Return the registered actuator models that a gait's costs are stated for: the paper's own only for its gait."""
-    return tuple(model for model in ACTUATORS.entries if model != PAPER or is_papers(gait))
+    """Return the registered actuator models that a gait's costs are stated for.
+
+    The paper's own only for its gait, and one that names joints only for a robot that has them.
+    """
+    fitting = (model for model in ACTUATORS.entries if model.fits(gait.robot.joint_names))
+    return tuple(model for model in fitting if model != PAPER or is_papers(gait))
 
 
 def paper_laws(gait: Gait) -> LawChoice:

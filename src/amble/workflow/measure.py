@@ -63,6 +63,7 @@ def measure(
         raise FallError(f"the simulated motion has no whole cycle to measure: {trace.ended}")
     methods, every = paper_laws(gait), LawChoice(labelled(laws), {}) if laws else every_law(gait)
     allocations = compare_laws(gait, every.laws)
+    fitting = [model for model in ACTUATORS.entries if model.fits(gait.robot.joint_names)]
     whole = samples_of_trace(trace, gait.pattern).only(0, trace.cycles)
     last = whole.only(max(trace.cycles - SHOWN, 0), trace.cycles)
     return RunReport(
@@ -70,7 +71,7 @@ def measure(
         simulated=whole,
         cycles=trace.cycles,
         two_cycles=with_laws(last, methods.laws),
-        comparison=compare([samples_of_gait(gait), whole], methods.laws, ACTUATORS.entries),
+        comparison=compare([samples_of_gait(gait), whole], methods.laws, fitting),
         contact=monitors(gait, trace),
         speed_achieved=whole.distance / float(whole.times[-1] - whole.times[0]),
         settings=settings,

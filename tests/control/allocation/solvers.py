@@ -51,14 +51,15 @@ def weight_share(name: str, count: int) -> float:
     return robots.robot(name).mass * robots.robot(name).gravity / count
 
 
-def power_program(sample: Sample) -> Program:
-    """Variables (p, s): the positive power p of every joint bounds u w and 0 from above."""
+def power_program(sample: Sample, heat: Vector | float = PAPER_HEAT) -> Program:
+    """Variables (p, s): the positive power p of every joint bounds u w and 0 from above; heat a squared torque."""
+    r = np.broadcast_to(heat, 12)
     u, N, w = sample.torques, sample.torque_basis, sample.speeds
     k = N.shape[1]
     P = np.zeros((12 + k, 12 + k))
-    P[12:, 12:] = 2.0 * PAPER_HEAT * N.T @ N
+    P[12:, 12:] = 2.0 * N.T @ (r[:, None] * N)
     A = np.block([[-np.eye(12), np.zeros((12, k))], [-np.eye(12), w[:, None] * N]])
-    c = np.concatenate([np.ones(12), 2.0 * PAPER_HEAT * N.T @ u])
+    c = np.concatenate([np.ones(12), 2.0 * N.T @ (r * u)])
     return Program(P, c, A, np.concatenate([np.zeros(12), -u * w]), [clarabel.NonnegativeConeT(24)])
 
 

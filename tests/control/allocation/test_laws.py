@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import cvxpy as cp
 import numpy as np
@@ -16,7 +18,7 @@ from amble.control import (
     Redundancy,
     WeightedMinimumNorm,
 )
-from amble.control.actuator import ACTUATORS
+from amble.control.actuator import ACTUATORS, PAPER
 from amble.errors import InputError
 from amble.hybrid import Contacts
 from amble.types import Vector
@@ -45,9 +47,9 @@ def chosen(name: str, count: int, law: object, sample: Sample) -> Vector:
     return allocate(name, count, law, sample)[0]  # type: ignore[arg-type]
 
 
-def power(sample: Sample, s: Vector) -> float:
+def power(sample: Sample, s: Vector, heat: Vector | float = PAPER_HEAT) -> float:
     u = sample.torques + sample.torque_basis @ s
-    return float(np.sum(np.maximum(u * sample.speeds, 0.0) + PAPER_HEAT * u**2))
+    return float(np.sum(np.maximum(u * sample.speeds, 0.0) + heat * u**2))
 
 
 def peak(name: str, sample: Sample, s: Vector) -> float:
@@ -69,6 +71,23 @@ def test_minimum_power_is_the_solution_of_its_program(name: str, count: int, sta
         best = power(sample, x[12:])
         assert abs(power(sample, s) - best) <= OBJECTIVE * best
         assert relative_difference(name, sample, s, x[12:]) <= TORQUE
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_minimum_power_counts_every_joint_with_its_own_motor(count: int) -> None:
+    """Against the program, at half of whose joints a squared torque costs up to nine times as much."""
+    joints = robots.robot("astro").joint_names
+    own = {name: replace(PAPER, gear_ratio=6.0 / (1.0 + 0.4 * number)) for number, name in enumerate(joints[1::2])}
+    model = replace(PAPER, name="many", joints=own)
+    heat = model.heat_coefficients(joints)
+    assert heat.max() / heat.min() == pytest.approx(9.0)
+    for sample in samples("astro", count, 40, seed=1):
+        s = chosen("astro", count, MinimumPower(model), sample)
+        x, status = power_program(sample, heat).solve()
+        assert status in ("Solved", "AlmostSolved")
+        best = power(sample, x[12:], heat)
+        assert abs(power(sample, s, heat) - best) <= OBJECTIVE * best
+        assert power(sample, chosen("astro", count, MinimumPower(PAPER), sample), heat) > best
 
 
 @pytest.mark.parametrize("states", STATES)

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from amble.control.actuator import ACTUATORS, Actuator
+from amble.control.actuator import ACTUATORS, Actuator, actuator_from
 from amble.control.allocation.law import LawWithBreakpoints, Redundancy, steered_joints
 from amble.control.allocation.line import lowest_with_breakpoints
-from amble.errors import InputError
 from amble.numerics.interior_point import QuadraticProgram, minimise
 
 
 @dataclass(frozen=True)
 class MinimumPower(LawWithBreakpoints):
-    """Minimise sum_j max(u_j w_j, 0) + r u_j^2, r = R / (N K_t)^2 (docs/theory/allocation.md, eq. 8).
+    """Minimise sum_j max(u_j w_j, 0) + r_j u_j^2, r_j = R / (N K_t)^2 of joint j's motor (docs/theory/allocation.md, eq. 8).
 
     Attributes:
         actuator: the actuator model, or the name of one of ``amble.control.actuator.ACTUATORS``, or its fields by name
@@ -43,7 +42,7 @@ class MinimumPower(LawWithBreakpoints):
     def parameters(self) -> Mapping[str, Any]:
         """The actuator model: by name where amble knows it, else by its numbers."""
         model = _model(self.actuator)
-        return {"actuator": model.name if model in ACTUATORS.entries else asdict(model)}
+        return {"actuator": model.name if model in ACTUATORS.entries else model.fields}
 
     def on_line(self, redundancy: Redundancy) -> ca.SX:
         """Minimise in closed form (eq. 9)."""
@@ -55,27 +54,27 @@ class MinimumPower(LawWithBreakpoints):
 
 
 def _model(given: Actuator | str | Mapping[str, Any]) -> Actuator:
-    if isinstance(given, Actuator):
-        return given
-    if not isinstance(given, Mapping):  # a word of a file or of the command line
+    if not isinstance(given, Actuator | Mapping):  # a word of a file or of the command line
         return ACTUATORS[str(given)]
-    try:
-        return Actuator(**given)
-    except TypeError as error:
-        raise InputError(f"the actuator of allocation law 'power' is no actuator model: {error}") from None
+    return actuator_from(given, "allocation law 'power'")
+
+
+def _heat(redundancy: Redundancy, model: Actuator, joints: Sequence[int]) -> ca.SX:
+    """Return r of some joints, (n,)."""
+    return ca.SX(ca.DM(model.heat_coefficients(redundancy.robot.joint_names)[joints]))
 
 
 def _on_line(redundancy: Redundancy, model: Actuator) -> ca.SX:
     """One free direction: a parabola with one breakpoint a joint, max(x, 0) being (x + |x|) / 2."""
     # shorthand
-    r = model.heat_coefficient
     joints = steered_joints(redundancy)
+    r = _heat(redundancy, model, joints)
     u, n, w = redundancy.torques[joints], redundancy.torque_basis[joints, 0], redundancy.speeds[joints]
 
     breakpoints = [-u[j] / ca.if_else(n[j] == 0, 1.0, n[j]) for j in range(len(joints))]
     weights = [0.5 * ca.fabs(n[j] * w[j]) for j in range(len(joints))]
     return lowest_with_breakpoints(
-        2.0 * r * ca.dot(n, n), 2.0 * r * ca.dot(n, u) + 0.5 * ca.dot(n, w), breakpoints, weights
+        2.0 * ca.dot(r * n, n), 2.0 * ca.dot(r * n, u) + 0.5 * ca.dot(n, w), breakpoints, weights
     )
 
 
@@ -85,8 +84,9 @@ def _in_space(redundancy: Redundancy, model: Actuator) -> ca.SX:
     The variables are (p, s), s scaled so that a unit changes the torques by one newton metre.
     """
     # shorthand
-    r = model.heat_coefficient
     joints = steered_joints(redundancy)
+    heat = _heat(redundancy, model, joints)
+    r = ca.sum1(heat) / len(joints)
     count, k = len(joints), redundancy.size
     u, w = redundancy.torques[joints], redundancy.speeds[joints]
     unit = ca.sqrt(ca.sum1(redundancy.torque_basis**2)).T
@@ -97,8 +97,8 @@ def _in_space(redundancy: Redundancy, model: Actuator) -> ca.SX:
     length = ca.sqrt(size / r)
     power = (w * N) * length / size
     program = QuadraticProgram(
-        hessian=ca.diagcat(ca.SX(count, count), 2.0 * (N.T @ N)),
-        cost=ca.vertcat(ca.SX.ones(count), 2.0 * r * length / size * (N.T @ u)),
+        hessian=ca.diagcat(ca.SX(count, count), 2.0 * (N.T @ (heat / r * N))),
+        cost=ca.vertcat(ca.SX.ones(count), 2.0 * length / size * (N.T @ (heat * u))),
         rows=ca.blockcat([[-ca.SX.eye(count), ca.SX(count, k)], [-ca.SX.eye(count), power]]),
         limits=ca.vertcat(ca.SX.zeros(count), -u * w / size),
     )

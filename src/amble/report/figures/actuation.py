@@ -79,11 +79,11 @@ def joint_power(motion: Motion, law: str, actuator: Actuator, figure: Figure | N
         figure: an empty one to draw into, of any size; a new one by default.
 
     Raises:
-        UnknownNameError: where the motion holds no torques of that law.
+        UnknownNameError: where the motion holds no torques of that law, or has no joint that the motor names.
     """
     torque = motion.torque(law)
     mechanical = _mean(motion, actuator.mechanical(torque, motion.speeds))
-    heat = _mean(motion, actuator.heat(torque))
+    heat = _mean(motion, actuator.heat(torque, motion.joints))
     places = np.arange(len(motion.joints))
     with paper_style():
         figure, (axes,) = panels(1, 1, PAGE, 2.4, figure=figure)
