@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -141,32 +141,25 @@ def draw(gait: Gait, meshes_of: Path, place: Path) -> None:
     rows, corners = SHOWN // A_ROW, window(replay, frames)
     with paper_style():
         figure = Figure(figsize=(PAGE, 1.65 * rows + 1.5), layout="constrained")
-        above, under = figure.subfigures(2, 1, height_ratios=[1.65 * rows, 1.5])
+        above, under = np.ravel(figure.subfigures(2, 1, height_ratios=[1.65 * rows, 1.5]))
         for number, (axes, frame) in enumerate(zip(np.ravel(above.subplots(rows, A_ROW)), frames, strict=True)):
             draw_frame(axes, replay, frame, corners)
             axes.set_title(f"{number + 1}: {replay.times[frame]:.2f} s", fontsize=8.0, pad=1.0)
-        draw_stances(under.subplots(), gait, replay.times[frames])
+        draw_stances(under, gait, replay.times[frames])
         speed = f"{gait.speed:.2f} m/s"
         figure.suptitle(plain_text(f"{gait.robot.name}, {gait.pattern.name} at {speed}"))
         figure.savefig(place, dpi=130, metadata={"Software": None})
 
 
-def draw_stances(axes: Axes, gait: Gait, times: Matrix) -> None:
+def draw_stances(figure: Any, gait: Gait, times: Vector) -> None:
     """Draw the stance phases of every foot over the cycle, and when the pictures are of."""
-    drawn = footfall(gait.pattern, [domain.duration for domain in gait.domains]).axes[0]
-    for bar in drawn.patches:
-        x, y = bar.get_xy()
-        axes.barh(y + 0.5 * bar.get_height(), bar.get_width(), left=x, height=bar.get_height(), color=BLUE, linewidth=0)
+    footfall(gait.pattern, [domain.duration for domain in gait.domains], figure=figure)
+    (axes,) = figure.axes
+    axes.child_axes[0].remove()  # names of the stances, in the place of the numbers
+    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "ha": "center", "fontsize": 7.0}
     for number, time in enumerate(times):
         axes.axvline(time, color=VERMILION, linewidth=0.7)
-        axes.annotate(str(number + 1), (time, 1.0), (0, 2), xycoords=("data", "axes fraction"), ha="center",
-                      textcoords="offset points", fontsize=7.0, color=VERMILION)  # fmt: skip
-    axes.set_yticks(drawn.get_yticks(), [label.get_text() for label in drawn.get_yticklabels()])
-    axes.set_ylim(*drawn.get_ylim())
-    axes.set_xlim(*drawn.get_xlim())
-    axes.set_xlabel("time in the cycle (s)")
-    axes.set_ylabel("foot on the ground")
-    axes.grid(visible=False)
+        axes.annotate(str(number + 1), (time, 1.0), (0, 2), color=VERMILION, **place)
 
 
 def main(folder: Path) -> None:

@@ -46,7 +46,7 @@ def test_lookup() -> None:
 def test_joints_may_have_motors_of_their_own() -> None:
     """Two motors by hand: 1 N m costs 0.5 / (2 * 0.1)^2 = 12.5 W at the knee, 0.2 / (10 * 0.1)^2 = 0.2 W elsewhere."""
     knee = Actuator("knee", 0.1, 0.5, 2.0, "a test")
-    model = Actuator("leg", 0.1, 0.2, 10.0, "a test", {"knee": knee})
+    model = Actuator("leg", 0.1, 0.2, 10.0, "a test", joints={"knee": knee})
     joints = ("hip", "knee")
     assert model.heat_coefficients(joints) == pytest.approx([0.2, 12.5], rel=1e-14)
     assert model.heat([[1.0, 1.0], [2.0, 0.0]], joints) == pytest.approx(np.array([[0.2, 12.5], [0.8, 0.0]]))
@@ -65,7 +65,7 @@ def test_joints_may_have_motors_of_their_own() -> None:
         ({"knee": 3.0}, "joint 'knee' is no actuator model"),
     ):
         with pytest.raises(InputError, match=words):
-            Actuator("leg", 0.1, 0.2, 10.0, "a test", wrong)  # type: ignore[arg-type]
+            Actuator("leg", 0.1, 0.2, 10.0, "a test", joints=wrong)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf")])

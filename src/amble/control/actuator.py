@@ -37,7 +37,7 @@ class Actuator:
     resistance: float
     gear_ratio: float
     source: str
-    joints: Mapping[str, Actuator] = field(default_factory=dict, hash=False)
+    joints: Mapping[str, Actuator] = field(default_factory=dict, hash=False, kw_only=True)
 
     def __post_init__(self) -> None:
         """Refuse numbers no motor has."""

@@ -16,7 +16,7 @@ from amble.numerics.interior_point import QuadraticProgram, minimise
 
 @dataclass(frozen=True)
 class MinimumPower(LawWithBreakpoints):
-    """Minimise sum_j max(u_j w_j, 0) + r_j u_j^2, r_j = R / (N K_t)^2 of joint j's motor (docs/theory/allocation.md, eq. 8).
+    """Minimise sum_j max(u_j w_j, 0) + r_j u_j^2, r_j = R / (N K_t)^2 of its motor (docs/theory/allocation.md, eq. 8).
 
     Attributes:
         actuator: the actuator model, or the name of one of ``amble.control.actuator.ACTUATORS``, or its fields by name
