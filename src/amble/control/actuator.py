@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import KW_ONLY, asdict, dataclass, field
 from math import isfinite
 from typing import Any
 
@@ -37,7 +37,8 @@ class Actuator:
     resistance: float
     gear_ratio: float
     source: str
-    joints: Mapping[str, Actuator] = field(default_factory=dict, hash=False, kw_only=True)
+    _: KW_ONLY
+    joints: Mapping[str, Actuator] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         """Refuse numbers no motor has."""
