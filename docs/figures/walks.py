@@ -141,7 +141,8 @@ def draw(gait: Gait, meshes_of: Path, place: Path) -> None:
     rows, corners = SHOWN // A_ROW, window(replay, frames)
     with paper_style():
         figure = Figure(figsize=(PAGE, 1.65 * rows + 1.5), layout="constrained")
-        above, under = np.ravel(figure.subfigures(2, 1, height_ratios=[1.65 * rows, 1.5]))
+        halves: Any = figure.subfigures(2, 1, height_ratios=[1.65 * rows, 1.5])
+        above, under = halves
         for number, (axes, frame) in enumerate(zip(np.ravel(above.subplots(rows, A_ROW)), frames, strict=True)):
             draw_frame(axes, replay, frame, corners)
             axes.set_title(f"{number + 1}: {replay.times[frame]:.2f} s", fontsize=8.0, pad=1.0)
