@@ -54,6 +54,11 @@ class ExplicitField:
         """The expressions that it is made of."""
         return self.rate, self.gradient
 
+    @property
+    def governing(self) -> tuple[Tape, ...]:
+        """Those of them that determine the motion, over (t, x, p)."""
+        return (self.rate,)
+
     def motion(self, clock: arb, state: Sequence[arb], order: int) -> Coefficients:
         """Expand the motion by equation (1) of ``taylor``."""
         found = [list(state)]

@@ -36,6 +36,11 @@ class LoopField:
         """The expressions that it is made of."""
         return self.loop.equations, self.loop.slopes
 
+    @property
+    def governing(self) -> tuple[Tape, ...]:
+        """Those of them that determine the motion, over (t, x, p)."""
+        return (self.loop.equations,)
+
     def part(self, during: arb, box: Sequence[arb]) -> Part:
         """Return what holds in a small box of states at some clocks, by Arb's verified solver.
 

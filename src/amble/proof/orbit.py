@@ -24,6 +24,7 @@ from flint import acb, arb, arb_mat
 from amble.progress import Progress, ProgressReport
 from amble.proof.arithmetic import column, exact_matrix, largest
 from amble.proof.errors import ProofError
+from amble.proof.invariance import require_invariance
 from amble.proof.quotient import claimed, contraction, gershgorin, quotient, translations
 from amble.proof.return_map import ReturnMap
 from amble.stability.monodromy import monodromy
@@ -122,10 +123,12 @@ def prove_orbit(
         claim: W and r that are to hold, r None where no stability is claimed; otherwise they are searched.
 
     Raises:
+        InputError: a translation that the system declares is not proved to be a symmetry of it.
         ProofError: what could not be proved.
     """
     system = prepared.system
     along = translations(system, np.array([float(value) for value in centre]))
+    require_invariance(system, prepared.legs, along)
     whole = prepared(centre, radii, lengths)
     if claim is None:
         whole = whole.roomy()  # all that is claimed has to hold in another precision too

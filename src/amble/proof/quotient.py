@@ -42,12 +42,16 @@ def quotient(derivative: arb_mat, along: Matrix, turns: Sequence[Sequence[arb]] 
     """Return the block of the derivative on the quotient by the symmetries.
 
     With T = (Xi, eta, U) invertible, D (Xi, eta) = (Xi, eta) S, so T^-1 D T is block triangular with the quotient's
-    block last.
+    block last. Of Xi that is proved of the expressions (``invariance``), of eta it is the gait's word; the block of
+    zeros is enclosed too, and has to hold them.
 
     Args:
         derivative: D.
         along: Xi.
         turns: generators of other symmetries at the fixed point, eta.
+
+    Raises:
+        ProofError: the derivative is proved to take a symmetry out of their span.
     """
     neutral = along.shape[1] + len(turns)
     middle = [[float(value.mid()) for value in turn] for turn in turns]
@@ -55,8 +59,11 @@ def quotient(derivative: arb_mat, along: Matrix, turns: Sequence[Sequence[arb]] 
     columns = exact_matrix(full).tolist()
     for row, values in zip(columns, zip(*turns, strict=True), strict=False):
         row[along.shape[1] : neutral] = values
-    turned = (arb_mat(columns).inv() * derivative * exact_matrix(span)).tolist()
-    return arb_mat(turned[neutral:])
+    basis = arb_mat(columns)
+    moved = basis.inv() * derivative
+    if any(not value.contains(0) for row in (moved * basis).tolist()[neutral:] for value in row[:neutral]):
+        raise ProofError("what is declared as a symmetry is none: the return map's derivative takes it to no symmetry")
+    return arb_mat((moved * exact_matrix(span)).tolist()[neutral:])
 
 
 def contracts(matrix: arb_mat, weight: Matrix, rate: float) -> bool:

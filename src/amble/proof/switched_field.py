@@ -33,6 +33,11 @@ class SwitchedField:
         """The expressions that it is made of, each once."""
         return tuple(dict.fromkeys(tape for field in self.fields for tape in field.tapes))
 
+    @property
+    def governing(self) -> tuple[Tape, ...]:
+        """Those of them that determine the motion, over (t, x, p), each once."""
+        return tuple(dict.fromkeys(tape for field in self.fields for tape in field.governing))
+
     def part(self, during: arb, box: Sequence[arb]) -> Part:
         """Return what holds in a small box of states at some clocks."""
         return self._along(during).part(during, box)
