@@ -105,10 +105,13 @@ class ControlLaw(ABC):
         del gait, stance, size
         raise InputError(f"control law '{self.name}' does not write its loop as linear equations: no proof of it")
 
+    @abstractmethod
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
-        """Whether the law does not see a symmetry of the ground: a translation, or "yaw" about the vertical."""
-        del gait, symmetry
-        return True
+        """Whether the law does not see a symmetry of the ground: a translation, or "yaw" about the vertical.
+
+        Stability is judged modulo what is kept: a law that moves the orbit along it and says that it keeps it is called
+        stable where it is not.
+        """
 
 
 class TorqueLaw(ControlLaw):
@@ -133,6 +136,20 @@ class TorqueLaw(ControlLaw):
     @abstractmethod
     def packed(self, gait: Gait, domain: str) -> Vector:
         """Return the parameters p of a solved domain."""
+
+    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
+        """Whether the torques, as they are written, have no slope along it: they read nothing that it changes.
+
+        A law whose slope vanishes all the same, such as one that reads the direction of gravity in the base, says so.
+        """
+        half = gait.robot.size
+        x = ca.SX.sym("x", 2 * half)
+        for stance in gait.pattern.solved:
+            t, p = ca.SX.sym("t"), ca.SX.sym("p", self.packed(gait, stance.name).size)
+            written = self.torques(gait.pattern.contacts(stance), t, x[:half], x[half:], p)
+            if ca.sparsify(ca.jtimes(written, x, symmetry.generator(x))).nnz():
+                return False
+        return True
 
     def breakpoints(self, gait: Gait, stance: Stance) -> tuple[float, ...]:
         """Return the clocks at which the law is not smooth, s."""

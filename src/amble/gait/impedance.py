@@ -21,7 +21,7 @@ from amble.gait.control_law import CONTROL_LAWS, Numbers, TorqueLaw
 from amble.gait.landing_stances import landings
 from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.record import Gait
-from amble.hybrid import Contacts, Stance
+from amble.hybrid import Contacts, Stance, Symmetry
 from amble.hybrid.system import numeric
 from amble.numerics.pieces import FAR, ORDER, Pieces, evaluated, padded
 from amble.robot import Robot
@@ -124,6 +124,11 @@ class Impedance(TorqueLaw):
         """Pack a domain with the feed-forward of the gait's own allocation law; see ``numbers``."""
         place = [stance.name for stance in gait.pattern.solved].index(domain)
         return self.numbers(gait, None)[place].parameters
+
+    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
+        """All of them: it reads clock and joints."""
+        del gait, symmetry
+        return True
 
     def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
         """Follow the orbit and take the torques of an allocation law along it.

@@ -20,6 +20,7 @@ from amble.gait.control_law import Numbers, TorqueLaw
 from amble.gait.impedance import Impedance
 from amble.gait.landing_stances import landings
 from amble.gait.record import Gait
+from amble.hybrid import Symmetry
 from amble.numerics.pieces import FAR, ORDER
 from amble.types import NodeValues, Vector, frozen
 
@@ -103,6 +104,11 @@ class InterpolatedImpedance(TorqueLaw):
     def name(self) -> str:
         """Name in messages."""
         return "interpolated impedance"
+
+    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
+        """All of them: it reads clock and joints."""
+        del gait, symmetry
+        return True
 
     def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
         """Return its numbers; the feed-forward is theirs."""
