@@ -274,7 +274,7 @@ def draw_proof(draw: random.Random) -> tuple[bytes, list[str]]:
     """A proof as a file has it; no reader sees whether its numbers follow."""
     pair = ["1234567e-7", "1234568e-7"]
     tree: dict[str, Any] = {
-        **{"format": "amble proof", "version": 2, "system": "0" * 64, "half": False},
+        **{"format": "amble proof", "version": 3, "system": "0" * 64, "half": False},
         "software": {"amble": "0.1.0", "python-flint": "0.8.0"},
         "found": {
             **{"order": 20, "bits": 128, "centre": ["123p-7", "-5p-3"], "radii": ["1p-60", "1p-60"]},
@@ -284,7 +284,7 @@ def draw_proof(draw: random.Random) -> tuple[bytes, list[str]]:
         "proved": {
             **{"state": {"angle": pair, "rate": pair}, "shift": {"x": pair}, "durations": [pair]},
             **{"margins": [{"angle": "12e-3"}], "multipliers": [[pair, pair]], "unstable": None},
-            **{"basin_rate": 0.5, "basin_extent": [1e-4, 1e-4]},
+            **{"basin_rate": 0.5, "basin_extent": [1e-4, 1e-4], "distance": {"force_N": "12e-14"}},
         },
         "basin_limit": "the last crossing is not enclosed",
     }

@@ -59,7 +59,7 @@ def test_impedance_keeps_what_its_torques_do_not_read(stabilised_gait: Gait) -> 
     class Packed(Impedance):
         """As many numbers as four pieces have; which they are does not matter, and a real orbit takes seconds."""
 
-        def packed(self, gait: Gait, domain: str) -> Vector:
+        def packed(self, gait: Gait, domain: str) -> Vector:  # noqa: ARG002
             joints = len(gait.robot.joints)
             return np.zeros(2 + 2 * joints + 4 * (2 + 2 * joints * (ORDER + 1)))
 

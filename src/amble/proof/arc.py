@@ -35,12 +35,14 @@ class Arc:
         duration: ball that holds the time of every crossing, s.
         margins: name -> proved lower bound along every motion, exact; a margin that starts at zero from where it has
             risen.
+        points: clock and state, exact: of the set's centre at the start of every step, and where it meets the guard.
     """
 
     after: MovingSet
     lengths: list[arb]
     duration: arb
     margins: dict[str, arb]
+    points: list[tuple[arb, list[arb]]]
 
 
 def follow(
@@ -68,6 +70,7 @@ def follow(
         ProofError: what could not be proved, where, and how wide the set is there.
     """
     clock, here, taken = arb(0), start, list[arb]()
+    points = [(clock, here.centre)]
     watch = leg.margins.watch(ROOM if lengths is None else arb(0))
     wish = arb(0)
     while len(taken) < most:
@@ -80,13 +83,14 @@ def follow(
                 _check(leg, watch, clock, done)
             here = here.moved(done.image, done.slope)
             clock, taken = clock + done.length, [*taken, done.length]
+            points.append((clock, here.centre))
             progress(_report(leg, here, len(taken)))
             if last:
                 if not _rises(leg.exit, leg, done):
                     raise ProofError(f"the {leg.exit.name} may be crossed more than once")
                 end = cross(leg, clock, here, watch)
                 margins = {**watch.bounds, **end.margins}
-                return Arc(after=end.after, lengths=taken, duration=end.duration, margins=margins)
+                return Arc(after=end.after, lengths=taken, duration=end.duration, margins=margins, points=points)
         except (StepError, ProofError, IndexError, *NOT_ENCLOSED) as error:
             reason = "the steps end before the guard" if isinstance(error, IndexError) else str(error)
             raise ProofError(f"{reason} {leg.place(clock)}, where the set is {_width(here):.3g} wide") from None

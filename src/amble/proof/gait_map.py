@@ -123,6 +123,7 @@ def _leg(gait: Gait, switch: Switch, domain: Domain, transition: Transition) -> 
         landing=_landing_margins(gait, switch, at),
         reset=reset_tape(ca.Function("reset", at, [state], ARGUMENTS, ["state"])),
         parameters=tuple(arb(float(value)) for value in domain.parameters),
+        load=loop.load,
     )
 
 

@@ -63,6 +63,7 @@ class Leg:
         landing: that must be positive at the crossing.
         reset: tape of R, R_x by columns, R_t.
         parameters: the value of p.
+        load: by which torques and contact forces in z are scaled, N (``LoopEquations``).
     """
 
     domain: Domain
@@ -74,6 +75,7 @@ class Leg:
     landing: Margins
     reset: Tape
     parameters: tuple[arb, ...]
+    load: float = 1.0
 
     @classmethod
     def of(cls, domain: Domain, transition: Transition, leaving: Sequence[Transition]) -> Leg:

@@ -52,6 +52,7 @@ class ProvedOrbit:
         unstable: a proved lower bound of the spectral radius that is above 1; None otherwise.
         lengths: of the steps in every domain, exact, s.
         margins: of every domain, name -> proved lower bound along every motion of the box.
+        points: of every domain, clock and state of points near the orbit, exact (``Arc.points``).
     """
 
     centre: list[arb]
@@ -66,6 +67,7 @@ class ProvedOrbit:
     unstable: arb | None
     lengths: list[list[arb]]
     margins: list[dict[str, arb]]
+    points: list[list[tuple[arb, list[arb]]]]
 
     @property
     def stable(self) -> bool:
@@ -160,6 +162,7 @@ def prove_orbit(
         unstable=_outside(discs),
         lengths=[arc.lengths for arc in whole.arcs],
         margins=[arc.margins for arc in whole.arcs],
+        points=[arc.points for arc in whole.arcs],
     )
 
 

@@ -17,6 +17,7 @@ from amble.proof.basin import prove_basin
 from amble.proof.gait_map import gait_map, require_provable, require_smooth
 from amble.proof.orbit import prove_orbit, refined
 from amble.proof.record import Proof, proof_of
+from amble.proof.record_distance import distances
 from amble.proof.return_map import ReturnMap
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.stability.fixed_point import fixed_point
@@ -99,11 +100,11 @@ def prove_gait(gait: Gait, settings: Settings | None = None, progress: Progress 
     with working_precision(chosen.bits):
         prepared = gait_map(gait, system, chosen.order, chosen.tolerance)
         require_smooth(prepared, found.monodromy.durations)
-        return _prove(prepared, found.state, chosen, progress, half=gait.pattern.mirrored)
+        return _prove(prepared, found.state, chosen, progress, gait)
 
 
 def _prove(
-    prepared: ReturnMap, start: Vector, chosen: Settings, progress: Progress | None, half: bool = False
+    prepared: ReturnMap, start: Vector, chosen: Settings, progress: Progress | None, gait: Gait | None = None
 ) -> Proof:
     prepared = replace(prepared, progress=progress or silent)
     centre = refined(prepared, start, chosen.radius * 1e-3, progress)
@@ -111,4 +112,7 @@ def _prove(
     basin, limit = None, ""
     if orbit.stable and chosen.basin > 0.0:
         basin, limit = prove_basin(prepared, orbit, chosen.basin, progress)
-    return proof_of(prepared, orbit, (basin, limit), chosen.bits, half)
+    if gait is None:
+        return proof_of(prepared, orbit, (basin, limit), chosen.bits, {})
+    apart = distances(gait, prepared, orbit, room=True)
+    return proof_of(prepared, orbit, (basin, limit), chosen.bits, apart, half=gait.pattern.mirrored)

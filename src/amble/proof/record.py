@@ -8,6 +8,7 @@ number that was moved inward excludes what is computed, and is refused by name.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -79,6 +80,8 @@ class Proved(_Part):
         unstable: lower bound of the spectral radius where it is above 1.
         basin_rate: contraction in every cycle on the basin.
         basin_extent: how far the basin reaches in every coordinate of the quotient.
+        distance: of a gait, what is missed -> upper bound by which its expressions miss the equations of its robot
+            record's decimal numbers at points along the orbit (``record_distance``); empty of other systems.
     """
 
     state: dict[str, Pair]
@@ -89,6 +92,7 @@ class Proved(_Part):
     unstable: Decimal | None
     basin_rate: float | None
     basin_extent: list[float]
+    distance: dict[str, Decimal]
 
 
 class Proof(_Part):
@@ -106,7 +110,7 @@ class Proof(_Part):
     """
 
     format: Literal["amble proof"] = "amble proof"
-    version: Literal[2] = 2
+    version: Literal[3] = 3
     system: str
     half: bool = False
     software: dict[str, str]
@@ -164,7 +168,12 @@ def load_proof(path: str | Path) -> Proof:
 
 
 def proof_of(
-    prepared: ReturnMap, orbit: ProvedOrbit, attracting: tuple[Basin | None, str], bits: int, half: bool = False
+    prepared: ReturnMap,
+    orbit: ProvedOrbit,
+    attracting: tuple[Basin | None, str],
+    bits: int,
+    distance: Mapping[str, arb],
+    half: bool = False,
 ) -> Proof:
     """Return what was found and proved as a file holds it; ``attracting``: the basin, what stopped a larger one."""
     basin, limit = attracting
@@ -185,6 +194,7 @@ def proof_of(
         update={
             "basin_rate": None if basin is None else basin.rate,
             "basin_extent": [] if basin is None else [float(value * EXTENT_SHARE) for value in basin.extent],
+            "distance": {name: decimals(most, 6)[1] for name, most in distance.items()},
         }
     )
     software = {"amble": __version__, "python-flint": flint.__version__}
@@ -194,7 +204,7 @@ def proof_of(
 
 
 def orbit_balls(system: HybridSystem, orbit: ProvedOrbit) -> Proved:
-    """Return what is proved of an orbit as pairs of decimals; no basin."""
+    """Return what is proved of an orbit as pairs of decimals; no basin, no distance from a robot record."""
     names = [symmetry.name for symmetry in system.symmetries]
     return Proved(
         state={name: decimals(value) for name, value in zip(system.state_names, orbit.state, strict=True)},
@@ -205,6 +215,7 @@ def orbit_balls(system: HybridSystem, orbit: ProvedOrbit) -> Proved:
         unstable=None if orbit.unstable is None else decimals(orbit.unstable)[0],
         basin_rate=None,
         basin_extent=[],
+        distance={},
     )
 
 

@@ -23,6 +23,7 @@ from amble.proof.errors import ProofError
 from amble.proof.gait_map import gait_map, require_provable, require_smooth
 from amble.proof.orbit import ProvedOrbit, prove_orbit
 from amble.proof.record import Found, Pair, Proof, Proved, orbit_balls, system_hash
+from amble.proof.record_distance import distances
 from amble.proof.return_map import ReturnMap
 from amble.stability.closed_loop_orbit import without_yaw
 
@@ -40,6 +41,7 @@ class Recomputed:
         margins: of every domain, name -> lower bound.
         unstable: lower bound of the spectral radius where it is above 1.
         basin: on which the claimed rate holds; None where none is claimed.
+        distance: of a gait's expressions from its robot record's decimals, what is missed -> upper bound.
     """
 
     orbit: ProvedOrbit
@@ -47,6 +49,7 @@ class Recomputed:
     margins: tuple[Mapping[str, Fraction], ...]
     unstable: Fraction | None
     basin: Basin | None
+    distance: Mapping[str, Fraction]
 
 
 def verify(proof: Proof, system: HybridSystem | Gait, progress: Progress = silent) -> None:
@@ -88,6 +91,7 @@ def recomputed(proof: Proof, system: HybridSystem | Gait, progress: Progress = s
             margins=tuple({name: fraction(low) for name, low in margins.items()} for margins in orbit.margins),
             unstable=None if orbit.unstable is None else fraction(orbit.unstable.lower()),
             basin=_basin(prepared, orbit, proof),
+            distance=_distance(prepared, orbit, system),
         )
 
 
@@ -112,6 +116,17 @@ def require_claims(claimed: Proved, again: Recomputed) -> None:
     extent = () if again.basin is None else again.basin.extent
     if not all(reach <= most for reach, most in zip(claimed.basin_extent, extent, strict=True)):
         raise ProofError("the basin does not reach as far as is claimed")
+    if claimed.distance.keys() != again.distance.keys():
+        raise ProofError("the proof lacks a distance from the robot record or has one too many")
+    for name, most in claimed.distance.items():
+        if Fraction(most) < again.distance[name]:
+            raise ProofError(f"the claimed distance from the robot record, {name}, does not follow")
+
+
+def _distance(prepared: ReturnMap, orbit: ProvedOrbit, system: HybridSystem | Gait) -> dict[str, Fraction]:
+    if isinstance(system, HybridSystem):
+        return {}
+    return {name: fraction(most) for name, most in distances(system, prepared, orbit, room=False).items()}
 
 
 def _basin(prepared: ReturnMap, orbit: ProvedOrbit, proof: Proof) -> Basin | None:
