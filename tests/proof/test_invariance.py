@@ -15,14 +15,12 @@ from amble.hybrid import Domain, HybridSystem, Symmetry, Transition
 from amble.hybrid.ground import Plane
 from amble.proof import ProofError, Settings, prove
 from amble.proof.arithmetic import working_precision
-from amble.proof.gait_map import gait_map
 from amble.proof.invariance import rates, require_invariance, spanned
 from amble.proof.orbit import prove_orbit, refined
 from amble.proof.quotient import translations
 from amble.proof.return_map import ReturnMap
 from amble.proof.tape import record
 from amble.stability import fixed_point
-from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from tests.hybrids import travelling
 from tests.proof import gaits
 
@@ -73,10 +71,9 @@ def require(system: HybridSystem) -> None:
 
 
 def test_translations_of_a_gait_are_proved_along_its_whole_loop() -> None:
-    gait = gaits.stabilised()
-    system, found = closed_loop_fixed_point(gait)
-    legs = gait_map(gait, system, 24, 1e-25).legs
-    along = translations(system, found.state)
+    prepared, state = gaits.loop()
+    system, legs = prepared.system, prepared.legs
+    along = translations(system, np.array([float(value) for value in state]))
     assert [symmetry.name for symmetry in system.symmetries] == ["x", "y"]
     require_invariance(system, legs, along)
     height = np.roll(along, 1, axis=0)

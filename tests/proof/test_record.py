@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 from examples import rimless_wheel
+from flint import arb
 
 from amble.errors import InputError
 from amble.proof import Proof, ProofError, Settings, load_proof, prove, save_proof, verify
+from amble.proof.arithmetic import decimals
 from amble.types import Json
 
 SETTINGS = Settings(order=14, tolerance=1e-22, radius=1e-15, basin=1e-3)
@@ -131,3 +134,76 @@ def test_a_key_twice_and_a_long_one_are_refused(proof: Proof, tmp_path: Path) ->
         with pytest.raises(InputError, match=reason) as refused:
             load_proof(path)
         assert len(str(refused.value)) < 500
+
+
+def leaves(tree: Json, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Places of all numbers of a proof, written as text or not."""
+    entries = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    for key, value in entries:
+        if isinstance(value, dict | list):
+            yield from leaves(value, (*path, key))
+        elif value is not None and not isinstance(value, bool):
+            yield (*path, key)
+
+
+def put(tree: Json, path: tuple[str | int, ...], value: object) -> None:
+    for key in path[:-1]:
+        tree = tree[key]
+    tree[path[-1]] = value
+
+
+TEXTS = ("1e99999", "1e301", "-1e301", "9" * 200 + "e150", "1e999", "-1e999", "0e999", "1e-999", "-1", "0")
+EXPONENTS = ("1p99999", "-1p99999", "1p1000", "1p-99999", "9" * 200 + "p900", "0p0")
+
+
+def refuses(proof: Proof, path: tuple[str | int, ...], value: object, folder: Path) -> None:
+    """One sentence, whether it is refused or a claim that is weaker and holds."""
+    tree = proof.model_dump(mode="json")
+    put(tree, path, value)
+    place = folder / "proof.json"
+    place.write_text(json.dumps(tree), encoding="utf-8")
+    said = ""
+    try:
+        verify(load_proof(place), rimless_wheel.rolling()[0])
+    except (InputError, ProofError) as refused:
+        said = str(refused)
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("proved", "durations", 0, 1), "1e99999"),
+        (("proved", "durations", 0, 1), "9" * 200 + "e150"),
+        (("found", "centre", 0), "1p99999"),
+    ],
+)
+def test_a_number_beyond_all_others_is_a_sentence(
+    proof: Proof, path: tuple[str | int, ...], value: object, tmp_path: Path
+) -> None:
+    tree = proof.model_dump(mode="json")
+    put(tree, path, value)
+    place = tmp_path / "proof.json"
+    place.write_text(json.dumps(tree), encoding="utf-8")
+    with pytest.raises((InputError, ProofError)) as refused:
+        verify(load_proof(place), rimless_wheel.rolling()[0])
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.slow
+def test_extreme_numbers_everywhere_are_sentences(proof: Proof, tmp_path: Path) -> None:
+    """Every number of a proof replaced in turn by the largest, the smallest, and what is none."""
+    tree = proof.model_dump(mode="json")
+    for path in leaves({"found": tree["found"], "proved": tree["proved"]}):
+        here = tree
+        for key in path:
+            here = here[key]
+        usual = (1e308, -1e308, 5e-324, 0.0) if isinstance(here, float) else (10**30, -1, 0)
+        for value in usual if not isinstance(here, str) else EXPONENTS if "p" in here else TEXTS:
+            refuses(proof, path, value, tmp_path)
+
+
+def test_a_bound_below_all_that_is_written_is_rounded_outward() -> None:
+    tiny = arb(2) ** -4000
+    assert decimals(tiny) == ("0e-999", "1e-999")
+    assert decimals(-tiny) == ("-1e-999", "0e-999")

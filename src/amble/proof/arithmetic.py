@@ -20,6 +20,8 @@ from amble.types import Matrix
 
 DIGITS = 40
 """Decimal digits of a written bound."""
+SMALLEST = -999
+"""Exponent of ten of the last digit that is written of any bound."""
 ROOM = arb(2) ** -4
 """Share of its radius by which a ball is widened before anything is claimed of it. Arb bounds the errors of a product
 of series block by block, and the blocks depend on the precision: in another one balls come out wider by up to 1e-4."""
@@ -129,7 +131,7 @@ def _decimal(value: Fraction, digits: int, up: bool) -> str:
     if value == 0:
         return "0"
     size = abs(value)
-    exponent = len(str(size.numerator)) - len(str(size.denominator)) - digits
+    exponent = max(len(str(size.numerator)) - len(str(size.denominator)) - digits, SMALLEST)
     scaled = value / Fraction(10) ** exponent
     whole = -((-scaled.numerator) // scaled.denominator) if up else scaled.numerator // scaled.denominator
     return f"{whole}e{exponent}"

@@ -114,5 +114,5 @@ def _prove(
         basin, limit = prove_basin(prepared, orbit, chosen.basin, progress)
     if gait is None:
         return proof_of(prepared, orbit, (basin, limit), chosen.bits, {})
-    apart = distances(gait, prepared, orbit, room=True)
+    apart = distances(gait, gait.robot, prepared, orbit, room=True)
     return proof_of(prepared, orbit, (basin, limit), chosen.bits, apart, half=gait.pattern.mirrored)

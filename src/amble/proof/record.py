@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 
 import flint
 from flint import arb
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, model_validator
 
 from amble.hybrid import HybridSystem
 from amble.io.reader import read_record
@@ -28,8 +28,25 @@ from amble.version import __version__
 EXTENT_SHARE = 1.0 - 2.0**-20
 """Of a basin's extent, that is written: it is computed in floating point."""
 
-Decimal = Annotated[str, Field(pattern=r"^-?\d{1,200}(e-?\d{1,5})?$")]
-Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,200}p-?\d{1,5}$")]
+LARGEST = 300
+"""Power of ten below which numbers of a proof are, so that each of them has a double beside it."""
+
+
+def _bounded(text: str) -> str:
+    """Refuse a number that is written as larger than any of a proof, before a power of it is computed.
+
+    Raises:
+        ValueError: it is.
+    """
+    mantissa, mark, exponent = text.replace("p", "e").partition("e")
+    power = int(exponent or 0) * (0.302 if "p" in text else 1.0)
+    if mark and len(mantissa) + power > LARGEST:
+        raise ValueError(f"larger than 1e{LARGEST}, which no number of a proof is")
+    return text
+
+
+Decimal = Annotated[str, Field(pattern=r"^-?\d{1,200}(e-?\d{1,3})?$"), AfterValidator(_bounded)]
+Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,200}p-?\d{1,5}$"), AfterValidator(_bounded)]
 Pair = tuple[Decimal, Decimal]
 
 Steps = Annotated[list[Annotated[Dyadic, Field(pattern=r"^[1-9]")]], Field(max_length=2000)]

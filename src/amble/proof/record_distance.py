@@ -36,26 +36,26 @@ Missed: TypeAlias = tuple[str, arb]
 """Of what, and by how much the equations of the decimals are missed."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Stance:
-    """A stance with the switch that ends it: its leg, its feet, the feet after it, and what the expressions say."""
+    """A stance with the switch that ends it: its leg, feet before and after, what expressions say; and the record."""
 
+    robot: Robot
     leg: Leg
-    load: float
     contacts: Contacts
     landed: Contacts
     feet: Tape
     impact: Tape
 
     @classmethod
-    def of(cls, gait: Gait, switch: Switch, leg: Leg) -> _Stance:
-        robot, landed = gait.robot, gait.pattern.contacts(switch.target)
-        q, v = ca.SX.sym("q", robot.size), ca.SX.sym("v", robot.size)
-        places = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names])
+    def of(cls, gait: Gait, robot: Robot, switch: Switch, leg: Leg) -> _Stance:
+        landed, size = gait.pattern.contacts(switch.target), gait.robot.size
+        q, v = ca.SX.sym("q", size), ca.SX.sym("v", size)
+        places = ca.vertcat(*[kinematics.foot_position(gait.robot, foot, q) for foot in gait.robot.foot_names])
         after = [ca.densify(part) for part in impact(landed, q, v)]
         return cls(
+            robot=robot,
             leg=leg,
-            load=leg.load,
             contacts=gait.pattern.contacts(switch.source),
             landed=landed,
             feet=record(ca.Function("feet", [q], [ca.densify(places)])),
@@ -63,11 +63,12 @@ class _Stance:
         )
 
 
-def distances(gait: Gait, prepared: ReturnMap, orbit: ProvedOrbit, room: bool) -> dict[str, arb]:
-    """Bound how far the expressions miss the equations of the record's decimal numbers.
+def distances(gait: Gait, robot: Robot, prepared: ReturnMap, orbit: ProvedOrbit, room: bool) -> dict[str, arb]:
+    """Bound how far the expressions miss the equations of a record's decimal numbers.
 
     Args:
         gait: the gait.
+        robot: the record: the gait's own, or another that is compared with its expressions.
         prepared: its return map.
         orbit: proved of it; the points are the starts of its steps, and where they land.
         room: whether bounds get room for what another precision makes of the points.
@@ -80,7 +81,7 @@ def distances(gait: Gait, prepared: ReturnMap, orbit: ProvedOrbit, room: bool) -
     found: dict[str, arb] = {}
     with working_precision(ctx.prec + MORE_BITS):
         for switch, leg, points in zip(gait.pattern.switches, prepared.legs, orbit.points, strict=True):
-            stance = _Stance.of(gait, switch, leg)
+            stance = _Stance.of(gait, robot, switch, leg)
             if stance.contacts.contact.moments:
                 return {}
             for clock, state in points:
@@ -96,13 +97,13 @@ def _note(found: dict[str, arb], missed: Iterator[Missed]) -> None:
 
 def _standing(stance: _Stance, clock: arb, state: Sequence[arb]) -> Iterator[Missed]:
     """Put the model's accelerations, torques and forces at a point into the equations of the decimals."""
-    robot = stance.contacts.robot
+    robot = stance.robot
     n, m = robot.size, len(robot.joints)
     z = stance.leg.field.part(clock, state).solution
-    a, (u, f) = z[:n], ([arb(stance.load) * value for value in part] for part in (z[n : n + m], z[n + m :]))
+    a, (u, f) = z[:n], ([arb(stance.leg.load) * value for value in part] for part in (z[n : n + m], z[n + m :]))
     q, v, changes = (_spatial(robot, part) for part in (state[:n], state[n:], a))
     moving = motion(robot, q, v, changes)
-    needed = _unmet(stance.contacts, moving, f, decimal(robot.gravity), (v, changes))
+    needed = _unmet(robot, stance.contacts, moving, f, decimal(robot.gravity), (v, changes))
     for joint in range(m):
         needed[SPATIAL + joint] -= u[joint]
     yield from _by_kind(robot, needed, (FORCE, MOMENT))
@@ -117,14 +118,16 @@ def _standing(stance: _Stance, clock: arb, state: Sequence[arb]) -> Iterator[Mis
 
 def _landing(stance: _Stance, state: Sequence[arb]) -> Iterator[Missed]:
     """Put the model's impact at a point into the equations of the decimals: D (v+ - v) = J^T iota, J v+ = 0."""
-    robot, contacts = stance.landed.robot, stance.landed
+    robot, contacts = stance.robot, stance.landed
     n = robot.size
     after, impulse = stance.impact.balls(state[:n], state[n:])
     jump = [new - old for new, old in zip(after, state[n:], strict=True)]
     q, v, changes = (_spatial(robot, part) for part in (state[:n], after, jump))
     still = [arb(0)] * len(q)
     struck = motion(robot, q, still, changes)
-    yield from _by_kind(robot, _unmet(contacts, struck, impulse, arb(0), (still, changes)), (IMPULSE, ANGULAR_IMPULSE))
+    yield from _by_kind(
+        robot, _unmet(robot, contacts, struck, impulse, arb(0), (still, changes)), (IMPULSE, ANGULAR_IMPULSE)
+    )
     moving = motion(robot, q, v, still)
     for foot in contacts.feet:
         _, velocity, _ = _foot(robot, moving, foot)
@@ -132,6 +135,7 @@ def _landing(stance: _Stance, state: Sequence[arb]) -> Iterator[Missed]:
 
 
 def _unmet(
+    robot: Robot,
     contacts: Contacts,
     moving: Motion,
     forces: Sequence[arb],
@@ -139,7 +143,7 @@ def _unmet(
     rates: tuple[Sequence[arb], Sequence[arb]],
 ) -> list[arb]:
     """Return what generalised forces a motion needs beside forces at the feet, drives included."""
-    robot, axes = contacts.robot, contacts.contact.axes
+    axes = contacts.contact.axes
     pushes: dict[int, list[tuple[Column, Column]]] = {}
     for number, foot in enumerate(contacts.feet):
         push = [arb(0)] * 3

@@ -31,7 +31,7 @@ OTHER_PRECISION = 53
 """Bits by which verification's precision differs from the proof's."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Recomputed:
     """What follows from what a proof's file starts from.
 
@@ -126,7 +126,7 @@ def require_claims(claimed: Proved, again: Recomputed) -> None:
 def _distance(prepared: ReturnMap, orbit: ProvedOrbit, system: HybridSystem | Gait) -> dict[str, Fraction]:
     if isinstance(system, HybridSystem):
         return {}
-    return {name: fraction(most) for name, most in distances(system, prepared, orbit, room=False).items()}
+    return {name: fraction(most) for name, most in distances(system, system.robot, prepared, orbit, room=False).items()}
 
 
 def _basin(prepared: ReturnMap, orbit: ProvedOrbit, proof: Proof) -> Basin | None:
