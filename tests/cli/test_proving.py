@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from amble.cli.proving import _above, _below
 from tests.cli.run import exit_code
 
 WHEEL = str(Path(__file__).parents[2] / "examples" / "rimless_wheel.py")
@@ -50,12 +49,3 @@ def test_what_is_no_system_is_one_sentence(system: str, reason: str, capsys: pyt
     error = capsys.readouterr().err
     assert re.search(reason, error)
     assert "Traceback" not in error
-
-
-def test_what_is_printed_of_a_bound_is_proved_too() -> None:
-    """Lower bounds are rounded down, upper ones up."""
-    assert _below(0.1685324, 3) == "0.168"
-    assert _below("9.99999046e-7", 3) == "9.99e-7"
-    assert _above(0.2500007500000001, 10) == "0.2500007501"
-    assert _above(0.625000375, 4) == "0.6251"
-    assert _below(-0.1234, 2) == "-0.13"

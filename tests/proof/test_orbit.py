@@ -22,17 +22,17 @@ from amble.proof.tape import record
 from amble.simulation import simulate
 from amble.stability import fixed_point
 from tests.hybrids import bouncing_ball, travelling, two_phases
-from tests.periodic import relay_loop
+from tests.periodic import ball_on_table, relay_loop
 
 RADIUS = 1e-15
 BITS = 128
 
 
-def proved(system: HybridSystem, guess: np.ndarray, order: int = 14) -> ProvedOrbit:
+def proved(system: HybridSystem, guess: np.ndarray, order: int = 14, radius: float = RADIUS) -> ProvedOrbit:
     with working_precision(BITS):
-        prepared = ReturnMap.of(system, order, 1e-22)
-        centre = refined(prepared, fixed_point(system, guess).state, 1e-3 * RADIUS)
-        return prove_orbit(prepared, centre, [arb(RADIUS)] * len(centre))
+        prepared = ReturnMap.of(system, order, 1e-7 * radius)
+        centre = refined(prepared, fixed_point(system, guess).state, 1e-3 * radius)
+        return prove_orbit(prepared, centre, [arb(radius)] * len(centre))
 
 
 @pytest.mark.parametrize(("spokes", "slope"), [(6, 0.2), (8, 0.15), (12, 0.05)])
@@ -56,19 +56,54 @@ def test_rimless_wheels_in_closed_form(spokes: int, slope: float) -> None:
 
 def test_the_listed_values_of_the_simplest_walker() -> None:
     """Within half a unit of the last digit that is listed; the short step is proved unstable."""
-    long = proved(*simplest_walker.long_step())
-    for index, listed in ((0, "0.2003109005442"), (2, "-0.1998324730050")):
-        assert abs(float(long.state[index] - arb(listed))) < 0.5e-13
-        assert float(long.state[index].rad()) < 0.5e-8
+    long, short = (proved(*step(), radius=1e-16) for step in (simplest_walker.long_step, simplest_walker.short_step))
+    for orbit, theta, rate, period in (
+        (long, "0.2003109005442", "-0.1998324730050", "3.88246375"),
+        (short, "0.1939373698102", "-0.2038669274420", "3.09610587"),
+    ):
+        for ball, listed in ((orbit.state[0], theta), (orbit.state[2], rate), (orbit.durations[0], period)):
+            assert is_listed(ball, listed)
+            assert float(ball.rad()) < 0.5e-8
+        parts = [part for value in orbit.multipliers for part in (value.real, value.imag)]
+        assert all(float(part.rad()) < 0.5e-8 for part in parts)
     assert long.stable
     assert 0.58911319 < long.rate < 0.58911319 + 1e-4  # above the multipliers by a share of the distance to 1
-    short = proved(*simplest_walker.short_step())
+    upper = max(long.multipliers, key=lambda value: float(value.imag))
+    assert is_listed(upper.real, "-0.19009984")
+    assert is_listed(upper.imag, "0.55759878")
     assert not short.stable
     assert short.unstable is not None
-    assert all(
-        float(part.rad()) < 0.5e-8 for orbit in (long, short) for v in orbit.multipliers for part in (v.real, v.imag)
-    )
-    assert float(short.unstable) == pytest.approx(4.00386436, abs=1e-7)
+    assert is_listed(short.unstable, "4.00386436")
+    largest, second = sorted((value.real for value in short.multipliers), key=float)[:-3:-1]
+    assert is_listed(largest, "4.00386436")
+    assert is_listed(second, "0.45958959")
+
+
+def is_listed(ball: arb, listed: str) -> bool:
+    """Whether all numbers of a ball are what a list rounded, by half a unit of its last digit."""
+    with working_precision(BITS):
+        unit = arb(10) ** -len(listed.partition(".")[2])
+        return bool(abs(ball - arb(listed)) <= unit / 2)
+
+
+def test_the_listed_rate_of_a_rimless_wheel() -> None:
+    orbit = proved(*rimless_wheel.rolling())
+    assert is_listed(orbit.state[1], "0.363931615")
+    assert any(is_listed(value.real, "0.25") for value in orbit.multipliers)
+
+
+def test_the_listed_multipliers_of_a_ball_on_a_vibrating_table() -> None:
+    """The table that they belong to follows from their sum, and the amplitude from the table."""
+    pull, share = (2.51655601 + 0.09934212 + 1.25) / 1.5**2, np.pi / 3
+    start = np.array([pull, np.pi, np.arctan2(pull, share)])
+    table = ball_on_table(0.5, np.hypot(pull, share))
+    quiet = [replace(bounce, dead_time=0.5) for bounce in table.transitions]  # in which the ball leaves the table
+    orbit = proved(HybridSystem(table.domains, quiet, state_names=table.state_names), start)
+    values = sorted((value.real for value in orbit.multipliers), key=float)
+    assert is_listed(values[0], "-2.51655601")
+    assert is_listed(values[1], "-0.09934212")
+    assert orbit.unstable is not None
+    assert is_listed(orbit.unstable, "2.51655601")
 
 
 def test_two_domains_clocks_and_parameters() -> None:
@@ -85,7 +120,14 @@ def test_a_relay_without_dead_time() -> None:
     orbit = proved(relay_loop(0.1), fixed_point(relay_loop(0.1), np.array([-0.5, -0.3, -0.1])).state)
     assert orbit.stable
     assert float(orbit.durations[0]) == pytest.approx(float(orbit.durations[1]), abs=1e-12)  # its halves are symmetric
-    assert orbit.rate == pytest.approx(0.025927482, abs=1e-4)
+    assert is_listed(max((value.real for value in orbit.multipliers), key=float), "0.025927482")
+    # half a cycle, closed by x -> -x: its multiplier squared is that of the cycle
+    (plus, _), (leaving, _) = relay_loop(0.1).domains, relay_loop(0.1).transitions
+    x = ca.SX.sym("x", 3)
+    mirror = ca.Function("mirror", [ca.SX.sym("t"), x, ca.SX.sym("p", 0)], [-x], ["t", "x", "p"], ["state"])
+    half = HybridSystem([plus], [replace(leaving, target="plus", reset=mirror)])
+    closed = proved(half, np.array([float(value) for value in orbit.state]))
+    assert any(is_listed(abs(value.real), "0.161020129") for value in closed.multipliers)
 
 
 def test_an_orbit_is_proved_modulo_translations() -> None:

@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from examples import three_link_walker
+from flint import arb, arb_mat
 
 from amble.hybrid import HybridSystem
 from amble.proof import Proof, Settings, prove, verify
+from amble.proof.arithmetic import column, from_decimals, working_precision
+from amble.proof.return_map import ReturnMap
 from amble.simulation import simulate
 from amble.stability import fixed_point
-from tests.periodic import compass_gait
+from tests.periodic import compass_gait, van_der_pol
 
 SLOPE = float(np.deg2rad(4.5))
 COMPASS = np.array([0.2313, -0.3884, -1.1502, -0.1664])  # near the orbit that closes after one step
@@ -70,3 +73,20 @@ def test_the_three_link_walker() -> None:
     assert duration == pytest.approx(1.1084974, abs=0.5e-7)
     assert real_parts(proof)[0] == pytest.approx(0.57273, abs=0.5e-5)
     assert all(float(high) - float(low) < 1e-8 for low, high in proof.proved.state.values())
+    # the rates before the impact, from those after it: the impact is linear in them, and the legs swap
+    with working_precision(128):
+        (leg,) = ReturnMap.of(system, 10, 1e-20).legs
+        after = [from_decimals(*pair) for pair in proof.proved.state.values()]
+        flat = leg.reset.balls([arb(0)], [after[1], after[0], after[2], arb(0), arb(0), arb(0)], [])[1]
+        slope = arb_mat(6, 6, flat).transpose().tolist()
+        before = arb_mat([row[3:] for row in slope[3:]]).solve(column(after[3:]))[0, 0]
+        assert abs(before - arb("1.5525214")) <= arb("0.5e-7")
+
+
+@pytest.mark.slow
+def test_van_der_pol() -> None:
+    proof = prove(van_der_pol(1.0), np.array([0.0, 2.2]), replace(SETTINGS, order=24))
+    assert proof.stable
+    (period,) = ((float(low) + float(high)) / 2 for low, high in proof.proved.durations)
+    assert period == pytest.approx(6.66328685932, abs=0.5e-11)
+    assert real_parts(proof)[0] == pytest.approx(8.596951e-4, abs=0.5e-10)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from math import nextafter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,6 +60,7 @@ def prove(
     require("flint", "proof", "proofs")
     from amble.proof import load_proof, save_proof
     from amble.proof import verify as verified
+    from amble.proof.sentences import sentences
 
     subject = _subject(system, control)
     if verify is not None:
@@ -71,7 +70,7 @@ def prove(
         show(f"every enclosure of '{verify}' was computed again and holds")
         return
     proof = _proved(subject, bits, order, basin)
-    for line in _sentences(proof):
+    for line in sentences(proof):
         show(line)
     result(stable=proof.stable, proved=proof.proved.model_dump(mode="json"))
     wrote(save_proof(out, proof))
@@ -114,43 +113,3 @@ def _subject(argument: str, control: str | None) -> Gait | tuple[HybridSystem, V
     if start.size != pair[0].state_size:
         raise InputError(f"the start of '{shown(argument)}' has {start.size} numbers, the system {pair[0].state_size}")
     return pair[0], start
-
-
-def _sentences(proof: Proof) -> list[str]:
-    """Say what is proved, and what is not."""
-    lines = ["proved: exactly one periodic orbit passes the box"]
-    lines += [f"  {name} in [{low}, {high}]" for name, (low, high) in proof.proved.state.items()]
-    if proof.found.rate is not None:
-        whole = f", of the whole cycle {_above(nextafter(proof.found.rate**2, 1.0), 10)}" if proof.half else ""
-        what = "half a cycle" if proof.half else "a cycle"
-        turned = len(proof.found.weight) < len(proof.found.centre) - len(proof.proved.shift)
-        how = "exponentially stable" + (" up to a turn about the vertical" if turned else "")
-        lines.append(f"proved: {how}, spectral radius of {what} at most {_above(proof.found.rate, 10)}{whole}")
-    elif proof.proved.unstable is not None:
-        lines.append(f"proved: unstable, a Floquet multiplier of size at least {proof.proved.unstable}")
-    else:
-        lines.append("not proved: neither stable nor unstable at this precision")
-    for number, margins in enumerate(proof.proved.margins):
-        if margins:
-            lowest = ", ".join(f"{name} {_below(low, 3)}" for name, low in margins.items())
-            lines.append(f"proved all along domain {number + 1}: margins of at least {lowest}")
-    if proof.proved.basin_rate is not None:
-        reach = ", ".join(_below(value, 3) for value in proof.proved.basin_extent)
-        left = _above(proof.proved.basin_rate, 4)
-        lines.append(
-            f"proved: attracts from a ball that reaches ({reach}), with at most {left} of the distance left after "
-            f"every {'half of a ' if proof.half else ''}cycle"
-        )
-    if proof.basin_limit:
-        lines.append(f"not proved: a larger basin; {proof.basin_limit}")
-    return lines
-
-
-def _below(bound: float | str, digits: int) -> str:
-    """Write a lower bound in so many digits, rounded down: what is printed is proved too."""
-    return f"{Context(digits, ROUND_FLOOR).create_decimal(Decimal(bound)):g}"
-
-
-def _above(bound: float, digits: int) -> str:
-    """Write an upper bound in so many digits, rounded up."""
-    return f"{Context(digits, ROUND_CEILING).create_decimal(Decimal(bound)):g}"

@@ -42,7 +42,10 @@ def report(
     out: Annotated[Path | None, typer.Option(help="Where to write.", show_default="the same folder")] = None,
     law: Annotated[list[str] | None, typer.Option(help=options.LAW_HELP, show_default="every law that applies")] = None,
 ) -> None:
-    """Write results.json, both reports and the figures anew; what an earlier results.json says of stability is kept."""
+    """Write results.json, both reports and the figures anew; what an earlier results.json says of stability is kept.
+
+    A proof.json of the gait in the folder is shown beside its certificate.
+    """
     from amble.report.figures import require_matplotlib
     from amble.report.run import main_table, run_results
     from amble.workflow import rewrite_report

@@ -7,7 +7,7 @@ require("flint", "proof", "proofs")
 from amble.proof.errors import ProofError  # noqa: E402
 from amble.proof.proving import GAIT_SETTINGS, Settings, prove, prove_gait  # noqa: E402
 from amble.proof.record import Proof, load_proof, save_proof  # noqa: E402
-from amble.proof.verification import verify  # noqa: E402
+from amble.proof.verification import require_same, verify  # noqa: E402
 
 __all__ = [
     "GAIT_SETTINGS",
@@ -17,6 +17,7 @@ __all__ = [
     "load_proof",
     "prove",
     "prove_gait",
+    "require_same",
     "save_proof",
     "verify",
 ]

@@ -79,7 +79,7 @@ class Found(_Part):
     radii: list[Dyadic]
     steps: list[Steps]
     weight: list[list[float]]
-    rate: float | None
+    rate: Annotated[float, Field(gt=0.0, lt=1.0)] | None
     basin_weight: list[list[float]]
     basin_size: float | None
     basin_steps: list[Steps]

@@ -67,14 +67,21 @@ def verify(proof: Proof, system: HybridSystem | Gait, progress: Progress = silen
     require_claims(proof.proved, recomputed(proof, system, progress))
 
 
+def require_same(proof: Proof, system: HybridSystem | Gait) -> None:
+    """Ask that a proof is of a system; what it claims is not looked at.
+
+    Raises:
+        InputError: it is of another system, or there is no proof of this one.
+    """
+    with working_precision(proof.found.bits):
+        _same(proof, system)
+
+
 def recomputed(proof: Proof, system: HybridSystem | Gait, progress: Progress = silent) -> Recomputed:
     """Compute what follows from the box, the steps and the weights of a proof; errors as in ``verify``."""
     found, claimed = proof.found, proof.proved
     with working_precision(found.bits + OTHER_PRECISION):
-        prepared = replace(_prepared(system, found.order), progress=progress)
-        half = isinstance(system, Gait) and system.pattern.mirrored
-        if system_hash(prepared) != proof.system or half != proof.half:
-            raise InputError("the proof is of another system: the hashes of the expressions differ")
+        prepared = replace(_same(proof, system), progress=progress)
         _expect_shapes(found, claimed, prepared)
         if isinstance(system, Gait):  # the durations claimed hold those of the orbit, as is seen later
             require_smooth(prepared, [float(Fraction(high)) for _, high in claimed.durations])
@@ -154,6 +161,15 @@ def _require(what: str, claimed: Mapping[str, Pair], new: Mapping[str, Pair]) ->
     for name, pair in claimed.items():
         if not _holds(pair, new[name]):
             raise ProofError(f"the claimed {what} '{name}' does not hold what is computed")
+
+
+def _same(proof: Proof, system: HybridSystem | Gait) -> ReturnMap:
+    """Prepare a system for enclosures, and hold its expressions against those that a proof is of."""
+    prepared = _prepared(system, proof.found.order)
+    half = isinstance(system, Gait) and system.pattern.mirrored
+    if system_hash(prepared) != proof.system or half != proof.half:
+        raise InputError("the proof is of another system: the hashes of the expressions differ")
+    return prepared
 
 
 def _prepared(system: HybridSystem | Gait, order: int) -> ReturnMap:

@@ -29,6 +29,7 @@ from amble.report.results import computing_versions, read_results, seconds_from,
 from amble.report.run import RESULTS, RunReport, Stability, check_run, write_run
 from amble.report.stability_results import stability_from
 from amble.simulation import Trace, load_trace
+from amble.workflow.proved import proof_beside, with_proof
 
 GAIT, TRACE = "gait.json", "trace.nc"
 
@@ -93,10 +94,11 @@ def rewrite_report(
 ) -> RunReport:
     """Measure the gait and the trace of a folder and write results.json, both reports and the figures anew.
 
-    What an earlier results.json says of stability, settings and times is kept.
+    What an earlier results.json says of stability, settings and times is kept. A proof of the gait that lies beside it
+    is shown with the certificate.
 
     Args:
-        folder: holds gait.json and trace.nc, and what an earlier run left.
+        folder: holds gait.json and trace.nc, and what an earlier run left; proof.json, where ``amble prove`` wrote one.
         out: where to write; the same folder where nothing is given.
         laws: those of a pattern in the table of allocation laws; every law that applies where there is none.
         progress: called with what is being done, and with every file that was written.
@@ -114,6 +116,7 @@ def rewrite_report(
     seconds = seconds or {"simulation": trace.seconds}
     notify(ProgressReport(what="measuring"))
     report = measure(gait, trace, settings, seconds, known, laws(gait.pattern))
+    report = with_proof(report, *proof_beside(place, gait))
     notify(ProgressReport(what="drawing"))
     for path in write_run(out or place, report):
         notify(ProgressReport(what="wrote", file=path))
