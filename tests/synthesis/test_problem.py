@@ -110,13 +110,6 @@ def test_limits_scale_with_the_robot() -> None:
     assert list(angles[0].values()) == pytest.approx(list(angles[1].values()), abs=1e-6)
 
 
-def test_limits_of_gaits_with_flight_allow_quicker_legs() -> None:
-    """All legs are pulled up and put down within one domain."""
-    model = replace(robot("go2"), symmetry_tolerance=1.0)
-    walking, flying = (default_limits(GAITS[name](model, FLAT, POINT)) for name in ("crawl", "pronk"))
-    assert flying.acceleration == pytest.approx(2.0 * walking.acceleration)
-
-
 def test_stances_that_end_by_a_force_last_longer() -> None:
     """A walk's stances of three feet, not those of two, which end as a foot lands."""
     model = replace(robot("go2"), symmetry_tolerance=1.0)
