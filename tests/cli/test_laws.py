@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import pytest
 
-from amble.cli.options import parse_law
+from amble.cli.options import parse_law, under
 from amble.control.allocation import BoundedMinimumNorm, DropActuator, MinimumPower, PseudoInverse, WeightedMinimumNorm
 from amble.errors import InputError
+from amble.gait import Gait
+from amble.gait.impedance import Impedance
 from amble.hybrid.gaits import amble
 from amble.robot import catalogue
 
@@ -97,3 +100,12 @@ def sentence(word: str) -> str:
     except InputError as error:
         return str(error)
     return ""
+
+
+def test_the_name_of_the_gaits_own_law_leaves_its_gains(stabilised_gait: Gait) -> None:
+    """Its gains were those of a stabilisation, and robustness of the default ones refused the gait as unstable."""
+    own = replace(stabilised_gait, control=Impedance(stance_stiffness=80.0))
+    assert under(own, "impedance").control == own.control
+    assert under(own, None) is own
+    assert under(own, "impedance:swing_damping=2").control == Impedance(swing_damping=2.0)
+    assert under(stabilised_gait, "impedance").control == Impedance()

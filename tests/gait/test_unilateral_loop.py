@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.gait.files import load_gait
+from amble.gait.impedance import Impedance
 from amble.gait.plant_errors import PlantErrors
 from amble.gait.unilateral_loop import LIGHT, SLID, unilateral_loop
 from amble.gait.unilateral_state import Push, unilateral_start, unilateral_units
@@ -18,6 +21,7 @@ from amble.robot import Robot, kinematics
 from amble.robot.natural_units import natural_units
 from amble.simulation import Trace, simulate
 from amble.simulation.simulate import perturbed
+from amble.types import Vector
 from tests.conftest import DATA
 
 
@@ -124,3 +128,31 @@ def test_what_it_cannot_do_is_refused(stabilised_gait: Gait) -> None:
         simulate(stabilised_gait, unilateral=True, loop=lambda gait, _: unilateral_loop(gait))
     with pytest.raises(InputError, match="or unilateral contact"):
         simulate(unilateral_loop(stabilised_gait), np.zeros(47), unilateral=True)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("control", [None, Impedance()])
+def test_feet_lift_near_the_plan_under_impedance(
+    stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch, control: Impedance | None
+) -> None:
+    """The amble with its first switch at the lift-off alone, as in the test of the exported code.
+
+    Up or not, a stance is not left before half of its plan, and at 1.2 of it in any case; elsewhere by force alone.
+    """
+    gait = replace(stabilised_gait, control=control)
+    steps = tuple(replace(step, landing=()) if step.source.name == "D1" else step for step in gait.pattern.steps)
+    monkeypatch.setattr(type(gait.pattern), "steps", steps)
+    system, window = unilateral_loop(gait), control is not None
+    out = next(each for each in system.transitions if (each.source, each.target) == ("D1", "D2"))
+    assert gait.feedback is not None
+    carrying = unilateral_start(gait)
+    lifted = np.array(carrying)
+    lifted[37 + gait.robot.foot_names.index(steps[0].lifting[0])] = 0.0
+    assert lifted.sum() == carrying.sum() - 1.0
+
+    def crossed(state: Vector, share: float) -> bool:
+        at = np.array(state)
+        at[36] = share * gait.feedback.durations["D1"] if gait.feedback else np.nan
+        return float(out.guard(0.0, at, system.domain("D1").parameters)) <= 0.0
+
+    assert [crossed(lifted, share) for share in (0.0, 0.49, 0.51, 1.21)] == [not window, not window, True, True]
+    assert [crossed(carrying, share) for share in (0.0, 0.51, 1.19, 1.21)] == [False, False, False, window]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from amble.errors import InputError
+from amble.errors import FallError, InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop
 from amble.gait.files import load_gait
@@ -19,6 +20,7 @@ from amble.gait.unilateral_state import Push, unilateral_start
 from amble.hybrid.unilateral import base_jacobian
 from amble.robot import dynamics
 from amble.simulation.walk import walk
+from amble.stability import push_response
 from amble.stability.fast_mode import fast_mode
 from amble.stability.input_gains import STICKY, CycleMap, disturbances, entered
 from amble.stability.monodromy import monodromy
@@ -52,6 +54,15 @@ def jump_of(cycle: CycleMap, impulse: Vector) -> Vector:
     rows = np.block([[D, -J.T], [J, np.zeros((6, 6))]])
     jump = np.linalg.solve(rows, np.concatenate([base.T @ impulse, np.zeros(6)]))[:n]
     return np.concatenate([np.zeros(n), jump])
+
+
+def test_an_orbit_at_the_edge_of_its_contacts_has_no_response(cycle: CycleMap, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A walk whose landing leaves a foot without load ended in a traceback: walks with small pushes had more arcs."""
+    sizes = iter([42, 42, 63])
+    monkeypatch.setattr(push_response, "_walked", lambda *_: SimpleNamespace(section=np.zeros((3, 47))))
+    monkeypatch.setattr(push_response, "_reserves", lambda *_: np.zeros(next(sizes)))
+    with pytest.raises(FallError, match="changes which feet are let go or touch"):
+        push_response.push_response(cycle, 0.8)
 
 
 @pytest.fixture(scope="module")

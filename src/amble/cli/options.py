@@ -40,7 +40,10 @@ SYMMETRIZE = typer.Option(
     show_default=False,
 )
 
-CONTROL_HELP = "Feedback law: impedance, ... or with parameters, such as impedance:stance_stiffness=80."
+CONTROL_HELP = (
+    "Feedback law: impedance, ... or with parameters, such as impedance:stance_stiffness=80. The name alone of the "
+    "gait's own law leaves its gains."
+)
 LAW_HELP = "Allocation law: pinv, drop, ... or with parameters, such as power:actuator=datasheet."
 
 
@@ -162,8 +165,13 @@ def parse_control(text: str) -> ControlLaw:
 
 
 def under(gait: Gait, control: str | None) -> Gait:
-    """Return a gait under the feedback law that a word on the command line means; its own where there is none."""
-    return gait if control is None else replace(gait, control=parse_control(control))
+    """Return a gait under the feedback law that a word on the command line means; its own where there is none.
+
+    The name alone of the law that the gait has already means that law, with its gains.
+    """
+    if control is None or (gait.control is not None and control == gait.control.name):
+        return gait
+    return replace(gait, control=parse_control(control))
 
 
 def _parts(text: str, what: str = "law") -> tuple[str, dict[str, Any]]:

@@ -14,7 +14,7 @@ from amble.export.law import YOUNG, numbers, speed_limits, torque_limits, whole_
 from amble.export.stances import exported_stances, switch_tables
 from amble.export.vectors import A_STANCE, DAMPING, DISTURBANCE, OK, SATURATED, SEED
 from amble.gait import Gait
-from amble.gait.impedance import HOLD, Impedance, references
+from amble.gait.impedance import HOLD, LIFT_OFFS, Impedance, references
 from amble.gait.landing_stances import landings
 from amble.numerics.pieces import ORDER
 from amble.types import Matrix, Vector
@@ -106,6 +106,8 @@ def impedance_code(gait: Gait, nodes: Sequence[Sequence[DomainTable]]) -> dict[s
         "GAIT_STANCES": str(len(gait.pattern.stances)),
         "STANCE_COUNT": str(len(gait.pattern.visited)),
         "HOLD": f"{HOLD:g}",
+        "EARLIEST_LIFT_OFF": f"{LIFT_OFFS[0]:g}",
+        "LATEST_LIFT_OFF": f"{LIFT_OFFS[1]:g}",
         "LONGEST": repr(LONGEST * min(domain.duration for domains in nodes for domain in domains)),
         "DAMPING": repr(DAMPING),
         "TABLES": _tables(gait, nodes),

@@ -40,9 +40,13 @@ class ControlLaw(ABC):
 
     Attributes:
         units: parameter -> unit, of those that are written with one.
+        lift_offs: shares of its plan between which the controller ends a stance by feet that lift, none landing; where
+            there are none it ends whenever they are up. Exported code and unilateral ground have it; the closed loop
+            has not, for close to the orbit, of which certificates and proofs speak, it does not matter.
     """
 
     units: ClassVar[Mapping[str, str]] = {}
+    lift_offs: ClassVar[tuple[float, float] | None] = None
 
     @property
     @abstractmethod

@@ -36,6 +36,11 @@ and of the last joint of those, which moves so little inertia that more damping 
 
 SINGLE = "stiffness", "damping"
 
+LIFT_OFFS = 0.5, 1.2
+"""Where no foot lands, a stance ends between these shares of its plan (``ControlLaw.lift_offs``): the impact of the
+landing before may take the load off a foot for a moment, and a foot that goes on carrying is lifted by the next stance
+alone (docs/validation.md, section on walks)."""
+
 HOLD = 1.5
 """Share of the planned duration until which the references go on; then they stand still."""
 
@@ -68,6 +73,7 @@ class Impedance(TorqueLaw):
         "stiffness": "N m/rad",
         "damping": "N m s/rad",
     }
+    lift_offs: ClassVar[tuple[float, float] | None] = LIFT_OFFS
 
     stance_stiffness: float | None = None
     stance_damping: float | None = None

@@ -23,7 +23,7 @@ from amble.gait.closed_loop import closed_loop
 from amble.gait.control_law import ControlLaw
 from amble.gait.plant_errors import EXACT, PlantErrors
 from amble.gait.record import Gait
-from amble.gait.unilateral_state import UnilateralState, state_names
+from amble.gait.unilateral_state import UnilateralState, lift_off_window, state_names
 from amble.hybrid import Contacts, Domain, HybridSystem, Switch, Transition
 from amble.hybrid.unilateral import normal_forces, tangential_loads, unilateral_impact, unilateral_motion
 
@@ -64,14 +64,15 @@ def unilateral_loop(
     Raises:
         InputError: the gait turns, or another allocation law for a feedback law that does not allocate.
     """
-    return on_unilateral_ground(gait, closed_loop(gait, law, control=control), errors)
+    own = gait if control is None else replace(gait, control=control)
+    return on_unilateral_ground(own, closed_loop(gait, law, control=control), errors)
 
 
 def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors = EXACT) -> HybridSystem:
     """Put a closed loop of a gait on ground that pushes only; see ``unilateral_loop``.
 
     Args:
-        gait: the gait.
+        gait: the gait, under the feedback law of the system.
         system: what ``closed_loop`` makes of it, over the whole cycle.
         errors: what the plant differs in from the model.
     """
@@ -89,6 +90,7 @@ def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors =
             exits=[(step, system.domain(step.target.name)) for step in pattern.steps if step.source == stance],
             parts=parts,
             lift_off=gait.limits.normal_force,
+            window=lift_off_window(gait, stance),
             errors=errors,
         )
         domains += loop.domains()
@@ -106,12 +108,17 @@ class _StanceLoop:
     exits: Sequence[tuple[Switch, Domain]]
     parts: dict[str, ca.Function]
     lift_off: float
+    window: tuple[float, float] | None
     errors: PlantErrors
 
     @property
     def extra(self) -> float:
         """Mass of the base link beside its own, as a share of it."""
         return self.errors.trunk - 1.0
+
+    @property
+    def _weight(self) -> float:
+        return self.contacts.robot.mass * self.contacts.robot.gravity
 
     def domains(self) -> tuple[Domain, ...]:
         """As planned, after a release, after a touch: the same motion."""
@@ -173,7 +180,10 @@ class _StanceLoop:
         else:
             _, normal, _, _ = self._motion(now, p)
             places = [feet.index(foot) for foot in switch.leaving]
-            crossing = sum(normal[k] for k in places) / len(places) - self.lift_off
+            crossing = (sum(normal[k] for k in places) / len(places) - self.lift_off) / self._weight
+            if self.window is not None:  # up, but not before the first time, and at the second in any case
+                early, late = self.window
+                crossing = ca.fmin(ca.fmax(crossing, 1.0 - now.clock / early), 1.0 - now.clock / late)
             after, active = now.x, stays
         entered = replace(now, x=after, clock=ca.MX(-self.errors.lateness), active=active)
         return self._pair(t, state, p, crossing, self._with_late_torques(entered, self._torque(now, p), following))
@@ -202,10 +212,9 @@ class _StanceLoop:
         """The least normal force comes to zero: its foot is let go."""
         t, state, p, now = self._symbols()
         _, normal, _, _ = self._motion(now, p)
-        weight = self.contacts.robot.mass * self.contacts.robot.gravity
-        pressed = ca.if_else(now.active > 0.5, normal, weight)
+        pressed = ca.if_else(now.active > 0.5, normal, self._weight)
         least = ca.mmin(pressed)
-        active = ca.if_else(pressed <= least + ROUNDING * weight, 0.0, now.active)
+        active = ca.if_else(pressed <= least + ROUNDING * self._weight, 0.0, now.active)
         return self._pair(t, state, p, least, replace(now, active=active))
 
     def _touch(self) -> tuple[ca.Function, ca.Function]:
@@ -245,7 +254,7 @@ class _StanceLoop:
 
     def _reserve(self, normal: ca.MX, load: ca.MX) -> ca.MX:
         """Load that friction can carry less that it has to, in weights."""
-        weight = self.contacts.robot.mass * self.contacts.robot.gravity
+        weight = self._weight
         own, given = self.contacts.ground.friction, self.errors.friction
         friction = own if given is None else given
         return (friction * ca.fmax(normal, LIGHT * weight) - load) / weight

@@ -10,8 +10,9 @@ import casadi as ca
 import numpy as np
 
 from amble.gait.closed_loop import start_state, trace_units
+from amble.gait.linearising_law import control_of
 from amble.gait.record import Gait
-from amble.hybrid import Contacts
+from amble.hybrid import Contacts, Stance
 from amble.types import Vector, frozen
 
 
@@ -98,3 +99,13 @@ class UnilateralState:
         """The force now; ``rest`` holds force, begin, end and time."""
         time = self.rest[5]
         return ca.if_else(ca.logic_and(time >= self.rest[3], time < self.rest[4]), self.rest[:3], ca.DM.zeros(3))
+
+
+def lift_off_window(gait: Gait, stance: Stance) -> tuple[float, float] | None:
+    """The earliest and latest end, s, of a stance that ends by feet that lift, under the gait's feedback law."""
+    shares, pattern = control_of(gait).lift_offs, gait.pattern
+    if shares is None or stance not in pattern.stances:
+        return None
+    domain = gait.domains[pattern.stances.index(stance) % len(gait.domains)]
+    planned = domain.duration if gait.feedback is None else gait.feedback.durations[domain.name]
+    return shares[0] * planned, shares[1] * planned

@@ -97,7 +97,7 @@ def push_response(cycle: CycleMap, friction: float, progress: Progress | None = 
         progress: called with what is differentiated.
 
     Raises:
-        FallError: a walk with a small push does not come back.
+        FallError: a walk with a small push does not come back, or on other contacts than the orbit.
     """
     notify, robot = progress or silent, cycle.gait.robot
     period, phases = cycle.gait.period, (np.arange(PHASES) + 0.5) / PHASES
@@ -117,6 +117,12 @@ def push_response(cycle: CycleMap, friction: float, progress: Progress | None = 
             moved = (traces[0].section[whole] - traces[1].section[whole])[: cycle.state.size] / (2.0 * unit)
             entries[k, axis] = cycle.reduced(moved)
             ahead, behind = (_reserves(cycle, trace, friction) for trace in traces)
+            if not usual.shape == ahead.shape == behind.shape:
+                raise FallError(
+                    f"a push of {unit:.2g} N s at {phase:.2g} of the cycle changes which feet are let go or touch: on "
+                    "ground that pushes only the orbit lies at the edge of its contacts and has no response to first "
+                    "order; one whose feet stand and land with a reserve has ([limits] normal_force, standing_force)"
+                )
             stands = np.max([usual, ahead, behind], axis=0) < FAR  # in other orders of landing others stand between
             slopes[k, axis] = np.where(stands, (ahead - behind) / (2.0 * unit), 0.0)
     return PushResponse(

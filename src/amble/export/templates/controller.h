@@ -4,6 +4,8 @@
  * '@LAW@'. C99, no heap, no library but libm, no global state that changes: all that a controller remembers is in one
  * struct.
  *
+ * Sensors: the whole state, that is joint angles and rates, the base's place, attitude and their rates, one contact flag
+ * a foot that does not bounce, and a clock.
  * Units: s, rad, m, N m, N. q = (x, y, z, roll, pitch, yaw, joints), R = Rx(roll) Ry(pitch) Rz(yaw); qd = dq/dt.
  * Joints: @JOINTS@.
  * Feet: @FEET@.

@@ -54,10 +54,10 @@ typedef double AMBLE_REAL;
  * the impact of the foot that landed may take the load off a stance foot for some ticks, which is no lift-off; at the
  * second a foot that still carries is lifted by the next stance, because nothing else would lift it. */
 #ifndef AMBLE_EARLIEST_LIFT_OFF
-#define AMBLE_EARLIEST_LIFT_OFF 0.5
+#define AMBLE_EARLIEST_LIFT_OFF @EARLIEST_LIFT_OFF@
 #endif
 #ifndef AMBLE_LATEST_LIFT_OFF
-#define AMBLE_LATEST_LIFT_OFF 1.2
+#define AMBLE_LATEST_LIFT_OFF @LATEST_LIFT_OFF@
 #endif
 /* Share of the planned duration from which a stance counts as late: @HOLD@, where the references stand still. A contact
  * that does not come leaves the controller there, with the status LATE at every tick; what then is to be done is the
