@@ -60,6 +60,19 @@ def urdf(
     return f'<?xml version="1.0"?><robot name="padda">{"".join(parts)}{extra}</robot>'
 
 
+def urdf_of_four_joints() -> str:
+    """Return the file with a fourth joint in every leg: an ankle that pitches, and a toe of 8 cm below it."""
+    text, tips = urdf(), []
+    for leg in PLACES:
+        fixed = joint(f"{leg}_ankle", f"{leg}_shank", f"{leg}_foot", "0 0 -0.2", "1 0 0", kind="fixed")
+        text = text.replace(fixed, joint(f"{leg}_ankle", f"{leg}_shank", f"{leg}_meta", "0 0 -0.2", "0 1 0"))
+        tips += [
+            f'<link name="{leg}_meta">{inertial(0.05, "0 0 -0.04", "4e-5 4e-5 2e-6")}</link>',
+            joint(f"{leg}_tip", f"{leg}_meta", f"{leg}_foot", "0 0 -0.08", "1 0 0", kind="fixed"),
+        ]
+    return text.replace("</robot>", "".join(tips) + "</robot>")
+
+
 def write(folder: Path, *args: str, **kwargs: object) -> Path:
     """Write the file into a folder."""
     file = folder / "padda.urdf"

@@ -13,7 +13,7 @@ import pytest
 from scipy.io import loadmat, savemat
 
 from amble.errors import InputError
-from amble.gait.files import content_hash, to_dict
+from amble.gait.files import content_hash, load_gait, to_dict
 from amble.gait.motion_files import read_motion, recorded_gait, write_motion
 from amble.gait.recorded import LARGEST, MOST_NAMES
 from amble.hybrid.gaits import GAITS
@@ -22,12 +22,23 @@ from tests.gait.example import random_gait
 from tests.report.test_any_gait import other
 
 SUFFIXES = (".npz", ".csv", ".mat")
+DATA = Path(__file__).parents[1] / "data"
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("stabilised", [False, True])
 def test_a_gait_comes_back_equal(suffix: str, stabilised: bool, tmp_path: Path) -> None:
     gait = random_gait(3, stabilised=stabilised)
+    found = recorded_gait(read_motion(write_motion(gait, tmp_path / f"gait{suffix}")))
+    assert to_dict(found) == to_dict(gait)
+    assert content_hash(found) == content_hash(gait)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("name", ["turning-trot", "stabilised-trot-one-by-one"])
+def test_a_stored_gait_comes_back_equal(suffix: str, name: str, tmp_path: Path) -> None:
+    """Solved and stabilised: one that turns, and one whose feet land one by one."""
+    gait = load_gait(DATA / f"{name}.json")
     found = recorded_gait(read_motion(write_motion(gait, tmp_path / f"gait{suffix}")))
     assert to_dict(found) == to_dict(gait)
     assert content_hash(found) == content_hash(gait)

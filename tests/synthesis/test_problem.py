@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import inf, isfinite
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,11 +14,13 @@ from amble.errors import InputError, UnknownNameError
 from amble.gait.limits import highest_landing
 from amble.hybrid import FLAT, POINT
 from amble.hybrid.gaits import GAITS, amble, trot
-from amble.robot import Robot, catalogue, symmetrized
+from amble.robot import Robot, catalogue, load_robot, symmetrized
 from amble.robot.kinematics import foot_position
 from amble.robot.proposal import bent_ranges
-from amble.synthesis import default_limits, gait_problem, standing_posture
+from amble.synthesis import default_limits, gait_problem, standing_posture, synthesize
 from amble.workflow.specified import pose
+from benchmarks.fleet_style import walking_style
+from tests.quadruped import FEET, urdf_of_four_joints
 from tests.robots import robot
 
 REAL = ("go2", "solo12", "anymal_b")
@@ -134,6 +137,32 @@ def test_default_limits_keep_a_style(name: str) -> None:
     for knee, interval in bent.items():
         assert limits.positions[knee] == interval
         assert model.joint(knee).lower <= interval[0] < interval[1] <= model.joint(knee).upper
+
+
+@pytest.fixture(scope="module")
+def long_legged(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    """Four joints a leg."""
+    path: Path = tmp_path_factory.mktemp("robot") / "padda.urdf"
+    path.write_text(urdf_of_four_joints())
+    return load_robot(path, FEET)
+
+
+def test_legs_of_four_joints_stand_and_have_a_problem(long_legged: Robot) -> None:
+    assert all(len(leg) == 4 for leg in long_legged.legs.values())
+    problem = gait_problem(long_legged, "trot", speed=0.3)
+    q = problem.posture.coordinates(long_legged)
+    heights = [float(foot_position(long_legged, foot, q)[2]) for foot in long_legged.foot_names]
+    assert heights == pytest.approx([0.0] * 4, abs=1e-6)
+    # two point feet let the base turn about the line between them, and one joint only squeezes them
+    assert [len(problem.outputs.of(stance.name).coordinates) for stance in problem.pattern.solved] == [15]
+
+
+@pytest.mark.slow
+def test_legs_of_four_joints_trot(long_legged: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AMBLE_COMPILER", "none")  # solving once is shorter than compiling
+    gait = synthesize(gait_problem(long_legged, "trot", speed=0.3, intervals=4))
+    assert gait.solver.violation < 1e-6
+    assert walking_style(gait).missed == ()
 
 
 def test_legs_without_two_pitch_joints_need_a_posture() -> None:
