@@ -10,7 +10,7 @@ import pytest
 from amble.synthesis import program as program_module
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
-from amble.synthesis.solve import SOLVERS, Start, ipopt, ipopt_mumps, ipopt_structured
+from amble.synthesis.solve import SOLVERS, Start, ipopt, ipopt_mumps, ipopt_regularised, ipopt_structured
 
 
 def _start(program: GaitProgram) -> Start:
@@ -66,4 +66,8 @@ def test_a_refusal_on_the_way_begins_again_with_mumps(
     assert not alone.solved
     found = ipopt(program, _start(small_program), most_iterations=3)
     assert (found.report.linear_solver or "").startswith("MUMPS (")
-    np.testing.assert_array_equal(found.variables, ipopt_mumps(program, _start(program), most_iterations=3).variables)
+    by_mumps = ipopt_mumps(program, _start(program), most_iterations=3)
+    np.testing.assert_array_equal(found.variables, by_mumps.variables)
+    by_fronts = ipopt_regularised(program, _start(program), most_iterations=3)
+    assert by_fronts.report.linear_solver == "structured"
+    np.testing.assert_allclose(by_fronts.variables, by_mumps.variables, atol=1e-6)
