@@ -17,7 +17,7 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.structured_kkt import structured_kkt
 from benchmarks.figures import Figure, show
-from benchmarks.kkt import KktSystem, Ma27, kkt_system, restoration
+from benchmarks.kkt import KktSystem, Ma27, kkt_system
 
 INTERVALS = 6
 SYSTEMS = 25
@@ -44,9 +44,6 @@ HOWS: tuple[dict[str, Any], ...] = (
 )
 """Barriers, regularisations, active bounds; the last has more negative eigenvalues than rows."""
 
-RESTORED = 5
-"""Systems of every kind, the last ones, whose rows are regularised as IPOPT's restoration does."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Compared:
@@ -54,7 +51,6 @@ class Compared:
 
     Attributes:
         kind: of the gait.
-        restored: whether rows are regularised.
         agrees: whether the numbers of negative eigenvalues are equal.
         residual: of the structured solution, |b - K x| over |K| |x| + |b|, in long double.
         ours: processor time of a factorisation, s.
@@ -62,7 +58,6 @@ class Compared:
     """
 
     kind: str
-    restored: bool
     agrees: bool
     residual: float
     ours: float
@@ -85,11 +80,10 @@ def compared() -> Iterator[Compared]:
 
     for kind, program, point in programs():
         theirs, ma27 = Solver(), None
-        with structured_kkt(program, regularised=True) as solver:
+        with structured_kkt(program) as solver:
             for seed in range(SYSTEMS):
                 rng = np.random.default_rng(seed)
-                rows = restoration(program, rng) if seed >= SYSTEMS - RESTORED else 0.0
-                system = kkt_system(program, point, rng, regularised=rows, **HOWS[seed % len(HOWS)])
+                system = kkt_system(program, point, rng, **HOWS[seed % len(HOWS)])
                 ma27, right = ma27 or Ma27(solver, system), rng.normal(size=system.size)  # one structure, one analysis
                 ma27.system = system
                 began = time.process_time()
@@ -102,7 +96,6 @@ def compared() -> Iterator[Compared]:
                 spent = time.process_time() - began
                 yield Compared(
                     kind=kind,
-                    restored=seed >= SYSTEMS - RESTORED,
                     agrees=flag == 0 and negative == theirs.num_negative_eigenvalues,
                     residual=np.inf if found is None else _residual(system, found, right),
                     ours=ours,
@@ -150,14 +143,8 @@ def measure() -> list[Figure]:
             "1",
             most=1e-11,
         ),
-        *(
-            Figure(f"factorisation{what}, {whose}, median", 1e3 * statistics.median(times), "ms")
-            for restored, what in ((False, ""), (True, " with regularised rows"))
-            for whose, times in (
-                ("structured", [entry.ours for entry in found if entry.restored is restored]),
-                ("feral-solver", [entry.theirs for entry in found if entry.restored is restored]),
-            )
-        ),
+        Figure("factorisation, structured, median", 1e3 * statistics.median(entry.ours for entry in found), "ms"),
+        Figure("the same by feral-solver", 1e3 * statistics.median(entry.theirs for entry in found), "ms"),
     ]
 
 
