@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 import pytest
 from examples import rimless_wheel, simplest_walker
 from flint import arb, arb_mat
 
-from amble.hybrid import HybridSystem
-from amble.proof import verification
+from amble.hybrid import Domain, HybridSystem, Transition
+from amble.proof import Proof, ProofError, Settings, prove, verification
 from amble.proof.arithmetic import column, exact_matrix, from_decimals, working_precision
 from amble.proof.basin import prove_basin
 from amble.proof.leg import Leg
@@ -178,3 +179,21 @@ def test_a_thousand_starts_of_a_gait_come_closer() -> None:
             durations=[from_decimals(*pair) for pair in proved.durations],
         )
         come_closer(prepared, ball, 1, (8, 7))
+
+
+def test_a_margin_that_fails_on_the_ball_alone_ends_it() -> None:
+    """All is linear, so every ball contracts; the orbit keeps the margin, and a ball only as far as it is small."""
+    x = ca.SX.sym("x", 2)
+    clock, off = ca.vertsplit(x)
+    reach = 1e-4
+    stride = Domain.from_expressions("stride", x, ca.vertcat(1 + 0 * off, -off), admissibility=reach - off)
+    step = Transition.from_expressions("stride", "stride", x, clock - 1, ca.vertcat(0, off + 1e-6), +1)
+    system = HybridSystem([stride], [step], state_names=("clock", "off"))
+    proof = prove(system, np.array([0.0, 1.6e-6]), Settings(order=12, radius=1e-15, basin=1e-2))
+    assert reach / 20 < proof.proved.basin_extent[1] < reach
+    assert "the margin of admissibility is only known to be above -" in proof.basin_limit
+    verification.verify(proof, system)
+    tree = proof.model_dump(mode="json")
+    tree["found"]["basin_size"] *= 8
+    with pytest.raises(ProofError, match="contraction on the basin does not follow: the margin of admissibility"):
+        verification.verify(Proof.model_validate(tree, strict=False), system)
