@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from amble.cli.options import parse_law, under
+from amble.control.actuator import Actuator
 from amble.control.allocation import BoundedMinimumNorm, DropActuator, MinimumPower, PseudoInverse, WeightedMinimumNorm
 from amble.errors import InputError
 from amble.gait import Gait
@@ -17,11 +18,18 @@ from amble.robot import catalogue
 
 PATTERN = amble(catalogue.astro())
 
+MOTOR = '"name":"own","torque_constant":0.1,"resistance":0.2,"gear_ratio":9,"source":"a test"'
+OWN = Actuator("own", 0.1, 0.2, 9, "a test")
+TWO = replace(OWN, joints={"fl_knee": OWN})
+
 LAWS = {
     "pinv": PseudoInverse(),
     "drop:joints=rl_hip_pitch": DropActuator(("rl_hip_pitch",)),
     'drop:joints=["rl_hip_pitch","rr_hip_pitch"]': DropActuator(("rl_hip_pitch", "rr_hip_pitch")),
     "power:actuator=datasheet": MinimumPower("datasheet"),
+    f'power:actuator={{{MOTOR},"joints":{{"fl_knee":{{{MOTOR}}}}}}}': MinimumPower(
+        replace(OWN, joints={"fl_knee": OWN})
+    ),
     "bounded:friction=1,normal_force=5.5": BoundedMinimumNorm(1, 5.5),
     'weighted:weights={"fl_knee": 2, "fr_knee": 0.5}': WeightedMinimumNorm({"fl_knee": 2, "fr_knee": 0.5}),
 }
@@ -33,6 +41,8 @@ def test_a_word_is_a_law(word: str) -> None:
 
 
 WRONG = {
+    f'power:actuator={{{MOTOR},"joints":3}}': "joints of actuator 'own' are 3, not a motor for each",
+    f'power:actuator={{{MOTOR},"joints":{{"fl_knee":null}}}}': "actuator of joint 'fl_knee' is no actuator model",
     "drop:joints=1.5": "joints to drop are 1.5; they must be a list of names",
     "drop:joints=null": "joints to drop are None",
     "drop:joints=true": "joints to drop are True",

@@ -137,9 +137,10 @@ def main_table(run: RunReport) -> Table:
 
 
 def run_results(run: RunReport) -> Json:
-    """Return the content of results.json."""
+    """Return the content of results.json; what the paper's own actuator model gives for the paper's own gait only."""
     stability = run.stability.results if run.stability is not None else {}
-    reductions = {"reduction": "paper", "reduction_datasheet": "datasheet"} if has_both_methods(run.comparison) else {}
+    models = {"": "paper", "_datasheet": "datasheet"} if is_papers(run.gait) else {"_datasheet": "datasheet"}
+    reductions = models if has_both_methods(run.comparison) else {}
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
@@ -150,9 +151,11 @@ def run_results(run: RunReport) -> Json:
         "speed_achieved": run.speed_achieved,
         "period": run.gait.period,
         "cycles": run.cycles,
-        "methods": method_results(run.comparison, "paper"),
-        "methods_datasheet": method_results(run.comparison, "datasheet"),
-        **{key: reduction_results(run.comparison, "simulated", model) for key, model in reductions.items()},
+        **{f"methods{key}": method_results(run.comparison, model) for key, model in models.items()},
+        **{
+            f"reduction{key}": reduction_results(run.comparison, "simulated", model)
+            for key, model in reductions.items()
+        },
         "contact": contact_results(run.contact),
         "solver": solver_results(run.gait.solver),
         **stability,
