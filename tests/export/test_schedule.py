@@ -13,9 +13,12 @@ import pytest
 from amble.errors import InputError
 from amble.export import export_schedule
 from amble.gait import Gait
+from amble.gait.files import load_gait
 from amble.gait.impedance import Impedance
 from amble.gait.schedule import Schedule
 from amble.gait.schedule_tables import impedance_schedule
+from amble.gait.unfolding import unfolded
+from tests.conftest import DATA
 from tests.export.test_impedance import FEET, JOINTS, NOT_FINITE, Command, Numbers, built
 from tests.export.test_impedance import Controller as OneGait
 
@@ -58,6 +61,23 @@ def test_the_vectors_replay(folder: Path, tmp_path: Path, flags: tuple[str, ...]
     words = ran.stdout.split()
     assert (int(words[0]), int(words[2])) == (560, 0)
     assert float(words[-1]) <= largest
+
+
+@pytest.mark.slow
+def test_turns_whose_feet_land_one_by_one_replay(tmp_path: Path) -> None:
+    """Two axes, mirror images, laws between landings; every table changed at random from gait to gait."""
+    trot = replace(unfolded(load_gait(DATA / "stabilised-trot-one-by-one.json")), control=Impedance())
+    grid = {(speed, rate): trot for speed in (0.2, 0.4) for rate in (0.0, 0.3)}
+    found = impedance_schedule(grid, ("speed", "yaw_rate"), images=True)
+    assert found.tables.shape[:3] == (2, 3, 6)  # two stances, and four between landings
+    share = np.random.default_rng(5).uniform(0.9, 1.1, found.tables.shape)
+    share[..., :2] = share[:, :, :1, :1]  # durations alike
+    folder = export_schedule(replace(found, tables=found.tables * share), (0.1, 0.1), tmp_path / "controller").folder
+    program = built(folder, tmp_path / "replay", str(folder / "replay.c"))
+    ran = subprocess.run([program, folder / "test_vectors.txt"], capture_output=True, text=True, check=False)
+    words = ran.stdout.split()
+    assert (ran.returncode, int(words[0]), int(words[2])) == (0, 7 * 6 * 20, 0)
+    assert float(words[-1]) <= 1e-12
 
 
 def test_commands_are_followed_from_step_to_step(folder: Path, schedule: Schedule, tmp_path: Path) -> None:
