@@ -14,12 +14,6 @@ SINGULAR = -5
 """MA27's flag of a singular matrix."""
 
 
-def restoration(program: GaitProgram, rng: np.random.Generator) -> np.ndarray:
-    """Return what may be subtracted from the diagonal of the rows in IPOPT's restoration: from 1e-8 to 1e3, or 0."""
-    drawn = 10.0 ** rng.uniform(-8.0, 3.0, program.program.lower.size + int((program.lower == program.upper).sum()))
-    return np.where(rng.uniform(size=drawn.size) < 0.2, 0.0, drawn)
-
-
 @dataclass(frozen=True)
 class KktSystem:
     """A symmetric matrix by triplets, 1-based, its lower or upper triangle; in IPOPT's order x, s, y_c, y_d.
@@ -52,7 +46,7 @@ def kkt_system(
     *,
     barrier: float = 0.1,
     shift: float = 0.0,
-    regularised: float | np.ndarray = 0.0,
+    regularised: float = 0.0,
     curvature: float = 1.0,
     active: int = 0,
 ) -> KktSystem:
@@ -64,7 +58,7 @@ def kkt_system(
         rng: draws multipliers and distances from bounds.
         barrier: the entries of Sigma lie between this and its inverse, evenly in the logarithm.
         shift: added to the diagonal of variables and slacks.
-        regularised: subtracted from the diagonal of the rows, equations first, fixed variables among them.
+        regularised: subtracted from the diagonal of the rows.
         curvature: factor of the Hessian.
         active: how many entries each of Sigma of variables and of slacks are 1e16, as those of active bounds are at the
             end of a solve; few, since many are seldom independent.
@@ -96,7 +90,7 @@ def kkt_system(
         (place[jacobian.row], jacobian.col, jacobian.data),
         (d - fixed.size + np.arange(fixed.size), fixed, np.ones(fixed.size)),
         (d + np.arange(extra), s + np.arange(extra), -np.ones(extra)),
-        (c + np.arange(m + extra), c + np.arange(m + extra), -regularised * np.ones(m + extra)),
+        (c + np.arange(m + extra), c + np.arange(m + extra), np.full(m + extra, -regularised)),
     ]
     rows, columns, values = (np.concatenate(part) for part in zip(*parts, strict=True))
     return KktSystem(d + extra, (rows + 1).astype(np.int32), (columns + 1).astype(np.int32), values, n + extra)

@@ -10,7 +10,7 @@ import pytest
 from amble.synthesis import program as program_module
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
-from amble.synthesis.solve import SOLVERS, Start, ipopt, ipopt_mumps, ipopt_regularised, ipopt_structured
+from amble.synthesis.solve import SOLVERS, Start, ipopt, ipopt_mumps, ipopt_structured
 
 
 def _start(program: GaitProgram) -> Start:
@@ -67,8 +67,3 @@ def test_a_refusal_on_the_way_begins_again_with_mumps(
     found = ipopt(program, _start(small_program), most_iterations=3)
     assert (found.report.linear_solver or "").startswith("MUMPS (")
     np.testing.assert_array_equal(found.variables, ipopt_mumps(program, _start(program), most_iterations=3).variables)
-    by_fronts = ipopt_regularised(program, _start(program), 1e-6)
-    assert by_fronts.report.linear_solver == "structured"
-    assert by_fronts.solved
-    once = ipopt(small_program, _start(small_program), 1e-6)  # the row once says the same
-    assert by_fronts.report.objective == pytest.approx(once.report.objective, rel=1e-6)

@@ -18,7 +18,7 @@ from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.program import GaitProgram, build_program
 from amble.synthesis.structured_kkt import StructuredKkt, UnavailableError, structured_kkt
 from amble.types import Vector
-from benchmarks.kkt import SINGULAR, KktSystem, Ma27, kkt_system, restoration
+from benchmarks.kkt import SINGULAR, KktSystem, Ma27, kkt_system
 from tests.hybrid.test_gaits import _biped, _six
 from tests.robots import robot
 from tests.synthetic import THREE
@@ -126,44 +126,6 @@ def test_inertia_and_solution_are_those_of_the_whole_matrix(name: str, how: dict
     whole = system.dense()
     assert negative == _negative(whole)
     assert _residual(whole, found, right) <= RESIDUAL
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_regularised_rows_keep_inertia_and_solution(name: str) -> None:
-    """As in IPOPT's restoration: rows that hold beside rows that hardly count, some bounds active."""
-    program, point = _program(name)
-    random = np.random.default_rng(len(name))
-    system = kkt_system(program, point, random, barrier=0.01, active=2, regularised=restoration(program, random))
-    right, whole = random.normal(size=system.size), system.dense()
-    with structured_kkt(program, regularised=True) as solver:
-        ma27 = Ma27(solver, system)
-        assert ma27.factor() == (0, _negative(whole))
-        assert _residual(whole, ma27.solve(right), right) <= RESIDUAL
-        assert solver.refusal == ""
-
-
-def test_systems_with_and_without_regularised_rows_follow_each_other(case: Case) -> None:
-    """The factor is that of the last system: 1e-8 against dependent rows, as IPOPT tries it, and again without."""
-    with structured_kkt(case.program, regularised=True) as solver:
-        systems = [case.system(seed, regularised=amount) for seed, amount in enumerate((0.0, 1e-8, 0.0, 1e-8))]
-        ma27, right = Ma27(solver, systems[0]), np.random.default_rng(9).normal(size=systems[0].size)
-        for system in systems:
-            ma27.system = system
-            assert ma27.factor() == (0, system.size - system.primal)
-            assert _residual(system.dense(), ma27.solve(right), right) <= RESIDUAL
-
-
-def test_regularised_rows_do_not_hide_a_row_of_zeros(case: Case) -> None:
-    """A row of a node that reads nothing and is not regularised is singular, whatever the others are."""
-    names, equal = case.program.program.row_names, case.program.program.equalities
-    law = int(equal[: [" law " in name for name in names].index(True)].sum())
-    amounts = np.full(equal.size + int((case.program.lower == case.program.upper).sum()), 1e-3)
-    amounts[law] = 0.0
-    system = case.system(regularised=amounts)
-    values = system.values.copy()
-    values[system.rows == law + system.primal + 1] = 0.0
-    with structured_kkt(case.program, regularised=True) as solver:
-        assert Ma27(solver, replace(system, values=values)).factor()[0] == SINGULAR
 
 
 def _residual(whole: np.ndarray, found: np.ndarray, right: np.ndarray) -> float:

@@ -13,8 +13,6 @@
  * Part of structured_kkt.c.
  */
 
-#define STRIP 32
-
 typedef struct {
     int pivots, size, parent;     /* the pivots come first; parent: front of the earliest unknown of the border */
     int first, last;              /* its entries */
@@ -188,7 +186,8 @@ static void assemble_front(const Plan *p, Instance *I, int g, const double *a, d
 /* Returns the number of negative eigenvalues of the pivots; -1 where they are singular, -1 - reason where refused. */
 static int factor_front(const Blas *blas, struct Fronts *F, Front *f, double *whole) {
     int n = f->size, np = f->pivots, nb = n - np, info = 0, lwork = 64 * (F->most_pivots + 1);
-    double *X = whole + (size_t)F->largest * F->largest, *lapack = X + (size_t)np * nb;
+    double *X = whole + (size_t)F->largest * F->largest, *lapack = F->work;
+    lapack = X + (size_t)np * nb;
     for (int j = 0; j < np; j++) {
         memcpy(f->factor + (size_t)j * np + j, whole + (size_t)j * n + j, sizeof(double) * (np - j));
         memcpy(f->border + (size_t)j * nb, whole + (size_t)j * n + np, sizeof(double) * nb);
@@ -205,11 +204,7 @@ static int factor_front(const Blas *blas, struct Fronts *F, Front *f, double *wh
         for (int i = 0; i < np; i++) X[(size_t)j * np + i] = f->border[(size_t)i * nb + j];
     }
     blas->sytrs("L", &np, &nb, f->factor, &np, f->swaps, X, &np, &info);
-    for (int j = 0; j < nb; j += STRIP) { /* the lower triangle, strip by strip */
-        int width = nb - j < STRIP ? nb - j : STRIP, rows = nb - j;
-        blas->gemm("N", "N", &rows, &width, &np, &MINUS, f->border + j, &nb, X + (size_t)j * np, &np, &ONE,
-                   f->left + (size_t)j * nb + j, &nb);
-    }
+    blas->gemm("N", "N", &nb, &nb, &np, &MINUS, f->border, &nb, X, &np, &ONE, f->left, &nb);
     return count;
 }
 
