@@ -138,40 +138,8 @@ def ipopt_structured(
     Only where the structured solver cannot be used at all MUMPS solves. A refusal mostly means that IPOPT restores
     feasibility, whose systems have regularised equality rows: from this start it found no step that keeps them.
     """
-    return _structured(program, start, tolerance, most_iterations, progress, regularised=False)
-
-
-def ipopt_regularised(
-    program: GaitProgram,
-    start: Start,
-    tolerance: float = 1e-8,
-    most_iterations: int = 500,
-    progress: Progress | None = None,
-) -> Solution:
-    """Solve as ``ipopt`` does, with regularised systems by the structured solver too, so that MUMPS hardly comes.
-
-    IPOPT's restoration has such systems. What is solved without it takes the same iterations as by ``ipopt``; the rest
-    may come to another optimum than by MUMPS, whose rounding is another.
-    """
-    first = _structured(program, start, tolerance, most_iterations, progress, regularised=True)
-    if not first.refused:
-        return first
-    found = ipopt_mumps(program, start, tolerance, most_iterations, progress, first.refused)
-    return replace(found, report=replace(found.report, seconds=found.report.seconds + first.report.seconds))
-
-
-def _structured(
-    program: GaitProgram,
-    start: Start,
-    tolerance: float,
-    most_iterations: int,
-    progress: Progress | None,
-    *,
-    regularised: bool,
-) -> Solution:
-    """One run with the structured solver; with MUMPS where that cannot be used at all."""
     try:
-        with structured_kkt(program, regularised=regularised) as kkt:
+        with structured_kkt(program) as kkt:
             found = _run(program, start, {**kkt.options, **_limits(tolerance, most_iterations)}, progress)
             return replace(_reported(found, "structured"), refused=kkt.refusal)
     except UnavailableError as error:
@@ -195,7 +163,6 @@ def ipopt_mumps(
 
 SOLVERS.register("ipopt", ipopt)
 SOLVERS.register("ipopt mumps", ipopt_mumps)
-SOLVERS.register("ipopt regularised", ipopt_regularised)
 
 
 def _limits(tolerance: float, most_iterations: int) -> dict[str, Any]:

@@ -106,8 +106,6 @@ typedef struct {
     Interval *interval;
     double *HD, *K, *F, *tip, *lapack, *solution, *vectors; /* K: the end; F: with stiff rows, factored */
     int *pivots, lwork;
-    struct Fronts *fronts; /* of regularised systems; NULL before the first one */
-    int by_fronts;         /* whether the last factor is theirs */
     void **memory;
     int kept;
 } Instance;
@@ -117,7 +115,6 @@ typedef struct {
     Blas blas;
     Instance *instances[8];
     int count, refused;
-    int regularised; /* whether systems with regularised rows are solved too */
     long factorisations, solutions, refinements;
     double worst;
 } Solver;
@@ -582,10 +579,10 @@ static int weights(const Plan *p, Instance *I, const double *a) {
     scatter(I, end + WEIGHTS, a, I->weight);
     for (int i = 0; i < p->inequalities; i++)
         if (!(I->weight[i] >= 0.0)) return REFUSED_PIVOT;
-    for (int t = I->start[end + UNITS]; t < I->start[end + UNITS + 1]; t++)
-        if (a[I->source[t]] != -1.0) return REFUSED_STRUCTURE;
     for (int t = I->start[end + ZEROS]; t < I->start[end + ZEROS + 1]; t++)
         if (a[I->source[t]] != 0.0) return REFUSED_REGULARISED;
+    for (int t = I->start[end + UNITS]; t < I->start[end + UNITS + 1]; t++)
+        if (a[I->source[t]] != -1.0) return REFUSED_STRUCTURE;
     return 0;
 }
 
@@ -643,33 +640,11 @@ static int factor_end(Solver *solver, Instance *I, const double *a) {
     return count < 0 ? -1 : count + p->inequalities + p->equalities - p->end_rows - I->stiffs;
 }
 
-/* a' x, and x -= a z: a is a unit vector or, below zero, an inequality's row. */
-static double row_product(const Instance *I, const double *a, int which, const double *x) {
-    double sum = 0.0;
-    if (which >= 0) return x[which];
-    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
-        sum += a[I->inequality_source[t]] * x[I->column[I->inequality_source[t]]];
-    return sum;
-}
-
-static void subtract_row(const Instance *I, const double *a, int which, double z, double *x) {
-    if (which >= 0) {
-        x[which] -= z;
-        return;
-    }
-    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
-        x[I->column[I->inequality_source[t]]] -= a[I->inequality_source[t]] * z;
-}
-
-#include "kkt_fronts.h"
-
 /* Returns the number of negative eigenvalues; -1 where the matrix is singular; -1 - reason where it is refused. */
 static int factor(Solver *solver, Instance *I, const double *a) {
     const Plan *p = &solver->plan;
     int nk = p->end_variables + p->end_rows, node = 0, interval = 0, nodes = node_count(p);
     int reason = weights(p, I, a);
-    I->by_fronts = solver->regularised && reason == REFUSED_REGULARISED;
-    if (I->by_fronts) return factor_fronts(solver, I, a);
     if (reason) return -1 - reason;
     choose_stiff(p, I, a);
     size_t lists = p->crosses + p->links + p->end_inequality_start[p->end_inequalities];
@@ -700,6 +675,24 @@ static int factor(Solver *solver, Instance *I, const double *a) {
 }
 
 /* ---- solution ---- */
+
+/* a' x, and x -= a z: a is a unit vector or, below zero, an inequality's row. */
+static double row_product(const Instance *I, const double *a, int which, const double *x) {
+    double sum = 0.0;
+    if (which >= 0) return x[which];
+    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
+        sum += a[I->inequality_source[t]] * x[I->column[I->inequality_source[t]]];
+    return sum;
+}
+
+static void subtract_row(const Instance *I, const double *a, int which, double z, double *x) {
+    if (which >= 0) {
+        x[which] -= z;
+        return;
+    }
+    for (int t = I->inequality_start[-1 - which]; t < I->inequality_start[-which]; t++)
+        x[I->column[I->inequality_source[t]]] -= a[I->inequality_source[t]] * z;
+}
 
 /* y -= H x with H = W + Sigma_x + J_d' Sigma_s J_d without what is stiff. The rows J_d x are left in rows. */
 static void subtract_hessian(const Plan *p, const Instance *I, const double *a, const double *x, double *y,
@@ -942,7 +935,7 @@ static int solve(Solver *solver, Instance *I, const double *a, double *right) {
     memcpy(r, right, sizeof(double) * n);
     int good = 0;
     for (int k = 0; k <= REFINEMENTS; k++) {
-        (I->by_fronts ? solve_by_fronts : solve_once)(solver, I, a, r, step);
+        solve_once(solver, I, a, r, step);
         for (int i = 0; i < n; i++) step[i] += found[i];
         memcpy(r, right, sizeof(double) * n);
         double now = residual(I, a, step, r, size);
@@ -960,12 +953,11 @@ static int solve(Solver *solver, Instance *I, const double *a, double *right) {
 
 /* ---- what Python calls ---- */
 
-Solver *amble_kkt_new(const Plan *plan, const Blas *blas, int regularised) {
+Solver *amble_kkt_new(const Plan *plan, const Blas *blas) {
     Solver *solver = calloc(1, sizeof(Solver));
     if (!solver) return NULL;
     solver->plan = *plan;
     solver->blas = *blas;
-    solver->regularised = regularised;
     return solver;
 }
 

@@ -22,7 +22,6 @@ from amble.synthesis.watch import loaded_blas
 logger = logging.getLogger("amble")
 
 SOURCE = Path(__file__).with_name("structured_kkt.c")
-INCLUDED = (Path(__file__).with_name("kkt_fronts.h"),)
 FLAGS = ("-O3", "-std=gnu99", "-fPIC", "-shared")
 """Without -ffast-math: signs of pivots and checks for what is no number have to hold."""
 
@@ -106,12 +105,8 @@ class StructuredKkt:
 
 
 @contextlib.contextmanager
-def structured_kkt(program: GaitProgram, *, regularised: bool = False) -> Iterator[StructuredKkt]:
+def structured_kkt(program: GaitProgram) -> Iterator[StructuredKkt]:
     """Make the structured solver of a program that of this thread inside the block.
-
-    Args:
-        program: the program.
-        regularised: whether systems whose equality rows are regularised are solved too, by fronts, or refused.
 
     Raises:
         UnavailableError: there is no compiler, no BLAS, or rows and unknowns do not pair.
@@ -122,7 +117,7 @@ def structured_kkt(program: GaitProgram, *, regularised: bool = False) -> Iterat
     except NotSquareError as error:
         logger.info("%s", printable(str(error)))
         raise UnavailableError("rows and unknowns of a node or an interval do not pair") from None
-    handle = library.amble_kkt_new(ctypes.byref(plan.plan), ctypes.byref(blas), int(regularised))
+    handle = library.amble_kkt_new(ctypes.byref(plan.plan), ctypes.byref(blas))
     if not handle:
         raise UnavailableError(REASONS[5])
     before = library.amble_kkt_use(handle)
@@ -135,7 +130,7 @@ def structured_kkt(program: GaitProgram, *, regularised: bool = False) -> Iterat
 
 def _library() -> tuple[ctypes.CDLL, Path, _Blas]:
     try:
-        path = built(SOURCE, FLAGS, INCLUDED)
+        path = built(SOURCE, FLAGS)
     except OSError as error:
         raise UnavailableError(f"compiled code cannot be stored ({error.strerror or error})") from None
     if path is None:
@@ -146,7 +141,7 @@ def _library() -> tuple[ctypes.CDLL, Path, _Blas]:
 @functools.cache
 def _loaded(path: Path) -> ctypes.CDLL:
     library = ctypes.CDLL(str(path))
-    library.amble_kkt_new.argtypes = [ctypes.POINTER(Plan), ctypes.POINTER(_Blas), ctypes.c_int]
+    library.amble_kkt_new.argtypes = [ctypes.POINTER(Plan), ctypes.POINTER(_Blas)]
     library.amble_kkt_new.restype = library.amble_kkt_use.restype = ctypes.c_void_p
     library.amble_kkt_use.argtypes = library.amble_kkt_free.argtypes = [ctypes.c_void_p]
     library.amble_kkt_report.argtypes = [
