@@ -7,7 +7,7 @@ from typing import Any
 from amble.proof import Proof
 
 
-def forged(system: str = "0" * 64, **found: Any) -> Proof:
+def forged(system: str = "0" * 64, proved: dict[str, Any] | None = None, **found: Any) -> Proof:
     """Of three states, one of them a translation and one a turn."""
     pair = ("1234567e-7", "1234568e-7")
     tree = {
@@ -29,6 +29,7 @@ def forged(system: str = "0" * 64, **found: Any) -> Proof:
                 **{"force_N": "226709e-19", "moment_N_m": "2e-15", "foot_acceleration_m_s2": "76e-17"},
                 **{"foot_m": "19e-18", "impulse_N_s": "57e-19"},
             },
+            **(proved or {}),
         },
     }
     return Proof.model_validate(tree, strict=False)

@@ -30,3 +30,11 @@ def test_what_is_not_proved_is_not_said() -> None:
     assert "that it is stable is not" in proof_summary(proof)
     assert "of at most 0.25001" in proof_summary(forged())
     assert proof_results(proof)["proof"]["stable"] is False
+
+
+def test_a_basin_is_rounded_down() -> None:
+    weight, reach = {"basin_weight": [[1.0]], "basin_size": 1.0, "basin_steps": [["1p-5"], ["1p-5"]]}, 9.99e-11
+    proof = forged(**weight, proved={"basin_rate": 0.84785, "basin_extent": [reach - 1e-14]})
+    rows = {what: enclosed for what, _, enclosed in proof_table(proof, None).rows}
+    assert rows["basin, in the coordinate that may change most"] == "9.98e-11"
+    assert rows["of the distance from the orbit left after a half cycle there"] == "at most 0.8479"

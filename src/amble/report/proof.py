@@ -37,7 +37,7 @@ def proof_table(proof: Proof, stability: Mapping[str, Any] | None) -> Table:
         proof: of the gait.
         stability: the stability entries of results.json, where the run has them.
     """
-    from amble.proof.sentences import places, rounded_up, up_to_a_turn, whole_rate
+    from amble.proof.sentences import places, rounded_down, rounded_up, up_to_a_turn, whole_rate
 
     found, proved = proof.found, proof.proved
     if found.rate is not None:
@@ -54,7 +54,7 @@ def proof_table(proof: Proof, stability: Mapping[str, Any] | None) -> Table:
     if proved.basin_rate is not None:
         most, left = max(proved.basin_extent), rounded_up(proved.basin_rate, 4)
         cycle = "half cycle" if proof.half else "cycle"
-        rows.append(("basin, in the coordinate that may change most", NONE, number(most, 2)))
+        rows.append(("basin, in the coordinate that may change most", NONE, rounded_down(most, 3)))
         rows.append((f"of the distance from the orbit left after a {cycle} there", NONE, f"at most {left}"))
     rows += [
         (
