@@ -28,7 +28,8 @@ def test_what_is_not_proved_is_not_said() -> None:
     proof = forged(rate=None)
     assert proof_table(proof, None).rows[0][2] == "not proved to be stable"
     assert "that it is stable is not" in proof_summary(proof)
-    assert "of at most 0.25001" in proof_summary(forged())
+    assert "stable up to a turn about the vertical, with" in proof_summary(forged())
+    assert "cycle of at most 0.25001" in proof_summary(forged())
     assert proof_results(proof)["proof"]["stable"] is False
 
 

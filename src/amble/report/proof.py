@@ -69,14 +69,15 @@ def proof_table(proof: Proof, stability: Mapping[str, Any] | None) -> Table:
 
 def proof_summary(proof: Proof) -> str:
     """Say in a sentence what is proved."""
-    from amble.proof.sentences import rounded_up, whole_rate
+    from amble.proof.sentences import rounded_up, up_to_a_turn, whole_rate
 
     if proof.found.rate is None:
         return "Proved: exactly one periodic orbit in a box; that it is stable is not."
     bound = rounded_up(whole_rate(proof.found.rate, proof.half), 5)
+    turned = " up to a turn about the vertical" if up_to_a_turn(proof) else ""
     return (
-        "Proved: exactly one periodic orbit in a box, exponentially stable, with a spectral radius of the full cycle "
-        f"of at most {bound}; its contacts and limits hold all along it."
+        f"Proved: exactly one periodic orbit in a box, exponentially stable{turned}, with a spectral radius of the "
+        f"full cycle of at most {bound}; its contacts and limits hold all along it."
     )
 
 
