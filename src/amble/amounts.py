@@ -11,7 +11,7 @@ from amble.errors import InputError, shown
 
 LARGEST_SHOWN = 10**30
 LARGEST_NUMBER = 1e12
-"""Largest number of a robot, a gait or a trace, in SI units: products of a few stay far below the largest there is."""
+"""Largest number of a robot or a gait, in SI units: products of a few stay far below the largest there is."""
 
 
 def check_amount(what: str, value: object, least: int, most: int) -> None:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, UnknownNameError, shown, shown_path
 from amble.io.codec import TEXT, ListOf
 from amble.io.reader import parse_json
@@ -26,6 +25,9 @@ FORMAT = "amble trace"
 FORMAT_VERSION = 1
 SIGNAL = "signal_"
 """Prefix of the variables that hold signals, so that a signal may have any name."""
+
+LARGEST = 1e100
+"""Largest number of a trace, so that products of two are finite; a fall ends with torques beyond what a robot has."""
 
 AXES = {
     "time": 1,
@@ -78,7 +80,7 @@ def load_trace(path: str | Path) -> Trace:
 
     Raises:
         InputError: in one sentence, where the file is missing, truncated, not a trace, or has numbers that are not
-            finite, or above 1e12, or not in range, where a trace has none.
+            finite, or above 1e100, or not in range, where a trace has none.
     """
     name = f"trace file '{shown_path(path)}'"
     variables, attributes = read_netcdf(path, "trace file", AXES, SIGNAL, ATTRIBUTES)
@@ -146,11 +148,11 @@ def _state_attributes(trace: Trace, units: Mapping[str, str]) -> dict[str, str]:
 
 
 def _check_size(variables: Mapping[str, Variable], name: str) -> None:
-    """Refuse numbers that no motion has, signals included: their squares would be infinite, or they are no numbers."""
+    """Refuse numbers that no motion has, signals included: they are no numbers, or products of them are infinite."""
     for key, variable in variables.items():
         finite = np.isfinite(variable.values)
-        if not np.all(finite & (np.abs(variable.values) <= LARGEST_NUMBER)):
-            what = f"numbers above {LARGEST_NUMBER:g}" if np.all(finite) else "numbers that are not finite"
+        if not np.all(finite & (np.abs(variable.values) <= LARGEST)):
+            what = f"numbers above {LARGEST:g}" if np.all(finite) else "numbers that are not finite"
             raise InputError(f"{name} holds {what} in '{shown(key.removeprefix(SIGNAL))}'")
 
 
