@@ -1,4 +1,4 @@
-"""Numbers that say how much work is done: whole, from a least to a most, refused before the work in one sentence.
+"""Numbers that say how much work is done, or how far something differs: out of range they are refused in one sentence.
 
 And how large the numbers are that files and arguments may hold.
 """
@@ -12,6 +12,23 @@ from amble.errors import InputError, shown
 LARGEST_SHOWN = 10**30
 LARGEST_NUMBER = 1e12
 """Largest number of a robot or a gait, in SI units: products of a few stay far below the largest there is."""
+
+
+def check_number(what: str, value: object, least: float, most: float) -> None:
+    """Refuse what is no number or out of range.
+
+    Args:
+        what: it is, with its unit, such as "the delay (s)".
+        value: the number.
+        least: the smallest that can be.
+        most: the largest.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not (number and least <= value <= most):  # type: ignore[operator]
+        raise InputError(f"{what} is {shown(value)}; it can be from {least:g} to {most:g}")
 
 
 def check_amount(what: str, value: object, least: int, most: int) -> None:

@@ -8,16 +8,20 @@ import numpy as np
 import pytest
 
 from amble.codegen import compiler
+from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
 from amble.types import Vector
-from amble.validation import MORE, Case, validate
-from amble.validation.cases import STEP, Scales
+from amble.validation import BATTERY, MORE, Case, validate
+from amble.validation.cases import RANGES, STEP, Scales
 from amble.validation.loop import Loop
 from amble.validation.mujoco_model import mujoco_model
 
 mujoco = pytest.importorskip("mujoco")
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
+
+OWN_RMS, OWN_PEAK = 5.289, 12.6
+"""Torques of amble's own walk of this gait, N m (docs/validation.md)."""
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +119,80 @@ def test_other_links_weigh_more(stabilised_gait: Gait) -> None:
 def test_a_walk_has_to_pass_the_step(under: Gait) -> None:
     short = validate(under, cases=(Case(name="step", rise=0.005),), cycles=3).results[0]
     assert short.failures == ("the walk ended before the step of the ground was behind it",)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300, -1.5, "1", None])
+@pytest.mark.parametrize("what", [*RANGES, "push"])
+def test_figures_that_no_plant_has_are_refused(what: str, value: object) -> None:
+    given: dict[str, object] = {what: (value, 0.0, 0.0) if what == "push" else value}
+    if what == "push" and value == -1.5:
+        given = {"push": (1.0, 0.0)}
+    with pytest.raises(InputError, match=f"{what}.* of case 'wrong'"):
+        Case(name="wrong", **given)  # type: ignore[arg-type]
+
+
+def test_a_period_below_every_step_of_a_plant_is_refused() -> None:
+    with pytest.raises(InputError, match=r"period of case 'wrong' is 1e-09; it can be from 1e-05 to 0\.1"):
+        Case(name="wrong", period=1e-9)
+
+
+def _torques(gait: Gait, case: Case) -> np.ndarray:
+    """Torques of the first steps of the plant, a row each."""
+    plant, schedule = Scales().applied(case, gait)
+    model, joints = mujoco_model(gait.robot, plant), len(gait.robot.joints)
+    trace = Loop(gait, None, 1e-3)(model, replace(schedule, cycles=1), interval=1).trace
+    return np.asarray(trace[:8, 2 + model.nq + model.nv :][:, :joints])
+
+
+@needs_compiler
+def test_commands_are_held_and_late(under: Gait) -> None:
+    """At the first step the state is the same whatever comes after, so the first command is."""
+    exact = _torques(under, Case(name="exact"))
+    held = _torques(under, Case(name="held", period=4.0 * STEP))
+    late = _torques(under, Case(name="late", delay=3.0 * STEP))
+    assert np.all(held[:4] == exact[0])
+    assert np.all(held[4] != held[3])
+    assert np.all(late[:3] == late[0])
+    np.testing.assert_array_equal(late[3], exact[0])
+    assert np.all(late[4] != late[3])
+
+
+@needs_compiler
+def test_a_push_reaches_the_base(under: Gait) -> None:
+    """Upward, by more than the weight: momentum grows by the impulse less that of the weight; contacts only push."""
+
+    def rise(push: float) -> float:
+        plant, schedule = Scales().applied(Case(name="up", push=(0.0, 0.0, push), push_at=0.0), under)
+        model = mujoco_model(under.robot, plant)
+        trace = Loop(under, None, 1e-3)(model, replace(schedule, cycles=1), interval=1).trace
+        velocity = trace[round(0.02 / plant.step), 2 + model.nq :][:3]
+        return float(velocity[2])
+
+    weight = under.robot.mass * under.robot.gravity * 0.02
+    assert rise(10.0 * weight) - rise(0.0) > 5.0 * weight / under.robot.mass
+
+
+@needs_compiler
+def test_a_walk_that_ends_before_its_push_or_its_step_does_not_pass(under: Gait) -> None:
+    cases = (Case(name="push", push=(1.0, 0.0, 0.0)), Case(name="step", rise=0.01))
+    found = validate(under, cases=cases, cycles=2)
+    assert [result.failures for result in found.results] == [
+        ("the walk ended before the push was over",),
+        ("the walk ended before the step of the ground was behind it",),
+    ]
+
+
+@needs_compiler
+@pytest.mark.slow
+def test_astros_amble_walks_long_and_with_late_commands(under: Gait) -> None:
+    """A thousand cycles at the orbit's torques and speed; a hundred with commands that are 2 ms late."""
+    nominal = validate(under, cases=BATTERY[:1], cycles=1000).results[0]
+    assert nominal.passed
+    assert nominal.walk.rms == pytest.approx(OWN_RMS, rel=0.02)
+    assert nominal.walk.peak <= 1.4 * OWN_PEAK
+    assert nominal.speed == pytest.approx(under.speed, rel=0.03)
+    late = (Case(name="1 kHz", period=1e-3, delay=2e-3), Case(name="500 Hz", period=2e-3, delay=2e-3))
+    assert validate(under, cases=late, cycles=100).passed == 2
 
 
 @needs_compiler

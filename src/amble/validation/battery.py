@@ -14,7 +14,7 @@ from amble.progress import Progress, ProgressReport, silent
 from amble.simulation import Trace
 from amble.types import Json
 from amble.validation.cases import BATTERY, BEHIND, Case, Scales
-from amble.validation.loop import MOST_CYCLES, Loop, Walk
+from amble.validation.loop import MOST_CYCLES, Loop, Schedule, Walk
 from amble.validation.mujoco_model import mujoco_model
 from amble.validation.walk_trace import interval_of, walk_trace
 
@@ -157,7 +157,8 @@ def validate(
     """Walk a gait in MuJoCo, once a case, with its exported C controller in the loop.
 
     A walk passes where all cycles are walked upright, at the gait's speed within 15 %, a foot's mean slip is below 2 %
-    of the distance, and no link came to the ground with its origin or its centre of mass.
+    of the distance, and no link came to the ground with its origin or its centre of mass; where a push or a step of the
+    ground is to be met, it was.
 
     Args:
         gait: the gait, under its control law.
@@ -186,7 +187,7 @@ def validate(
         model, every = mujoco_model(robot, plant), interval_of(gait, plant.step) if record else 0
         walk = loop(model, replace(schedule, cycles=cycles, seed=seed), every)
         trace = walk_trace(gait, model, walk, cycles) if record else None
-        why = _failures(gait, case, walk, cycles)
+        why = _failures(gait, case, walk, cycles, schedule)
         found.append(CaseResult(case=case, walk=walk, feet=len(robot.feet), failures=why, trace=trace))
     return Validation(
         gait=gait.pattern.name,
@@ -198,7 +199,7 @@ def validate(
     )
 
 
-def _failures(gait: Gait, case: Case, walk: Walk, cycles: int) -> tuple[str, ...]:
+def _failures(gait: Gait, case: Case, walk: Walk, cycles: int, schedule: Schedule) -> tuple[str, ...]:
     found = []
     if walk.fell:
         found.append(f"fell after {walk.time:.3g} s")
@@ -212,6 +213,8 @@ def _failures(gait: Gait, case: Case, walk: Walk, cycles: int) -> tuple[str, ...
         found.append(f"feet slip {slip:.1%} of the distance")
     if not walk.deepest < 0.0:
         found.append("a link came to the ground")
+    if any(case.push) and not walk.time >= schedule.push[4]:
+        found.append("the walk ended before the push was over")
     if case.rise and not abs(walk.distance) > BEHIND * gait.robot.leg_length:
         found.append("the walk ended before the step of the ground was behind it")
     return tuple(found)

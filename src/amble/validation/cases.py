@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
+from types import MappingProxyType
 
 import numpy as np
 
+from amble.amounts import check_number
+from amble.errors import InputError, shown
 from amble.gait import Gait
 from amble.gait.closed_loop import start_state
 from amble.robot import Robot
@@ -19,6 +22,36 @@ from amble.validation.mujoco_model import HARD, POINT, Plant
 
 ASTRO_MASS, ASTRO_LENGTH, ASTRO_GRAVITY = 21.5, 0.87628, 9.81
 """The robot whose figures the cases are written in, kg, m, m/s^2."""
+
+RANGES = MappingProxyType(
+    {
+        "friction": (1e-3, 10.0),
+        "period": (0.0, 0.1),
+        "delay": (0.0, 0.1),
+        "damping": (0.0, 1e3),
+        "dry_friction": (0.0, 1e3),
+        "armature": (0.0, 10.0),
+        "trunk": (0.1, 10.0),
+        "links": (0.1, 10.0),
+        "softness": (1e-4, 1.0),
+        "radius": (1e-4, 0.3),
+        "noise_angle": (0.0, 1.0),
+        "noise_rate": (0.0, 1e3),
+        "quantum_angle": (0.0, 1.0),
+        "quantum_rate": (0.0, 1e3),
+        "cap": (0.0, 1e6),
+        "lag": (0.0, 1.0),
+        "push_at": (0.0, 1e4),
+        "rise": (-0.3, 0.3),
+    }
+)
+"""What the figures of a case can be, at ASTRo's size."""
+
+LARGEST_PUSH = 1e4
+"""Largest part of a push, N s, at ASTRo's size."""
+
+FASTEST = 1e-5
+"""Shortest period of a controller, s, at ASTRo's size: the plant takes no longer steps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +81,9 @@ class Case:
         push_at: gait cycles after which it begins.
         rise: height of a step of the ground, m, negative where it goes down; its edge lies across the way, one leg
             length ahead of where the base starts.
+
+    Raises:
+        InputError: a figure is no number or out of its range, ``RANGES``.
     """
 
     name: str
@@ -71,6 +107,18 @@ class Case:
     push: tuple[float, float, float] = (0.0, 0.0, 0.0)
     push_at: float = 2.25
     rise: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse figures that no plant has."""
+        where = f"of case '{shown(self.name)}'"
+        for what, (least, most) in RANGES.items():
+            check_number(f"{what} {where}", getattr(self, what), least, most)
+        if self.period:
+            check_number(f"period {where}", self.period, FASTEST, RANGES["period"][1])
+        if len(self.push) != 3:
+            raise InputError(f"the push {where} has {len(self.push)} numbers: forward, to the left and upward, N s")
+        for part in self.push:
+            check_number(f"a part of the push {where}", part, -LARGEST_PUSH, LARGEST_PUSH)
 
 
 BATTERY = (
@@ -117,8 +165,9 @@ STEP, CONFIRM, THRESHOLD = 5e-4, 1e-3, 5.0
 PUSHED = 0.02
 """How long a push lasts, s, at ASTRo's size."""
 
-EDGE, BEHIND = 1.0, 1.5
-"""How far ahead the edge of a step of the ground lies, and after what way it is behind, in leg lengths."""
+EDGE, BEHIND = 1.0, 2.5
+"""How far ahead of the base the edge of a step of the ground lies, and after what way of the base all feet have it
+behind them, in leg lengths: the hind feet stand up to one behind the base, and are up to half a step late."""
 
 
 @dataclass(frozen=True, kw_only=True)

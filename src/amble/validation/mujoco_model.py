@@ -12,6 +12,9 @@ from amble.robot import Robot
 from amble.robot.free_base import free_base
 from amble.types import Matrix, Vector
 
+FAR = 1e4
+"""How far a step of the ground goes on, m: beyond the way of the most cycles that are walked."""
+
 POINT = 1e-3
 """Radius of a sphere that stands for a point foot, m."""
 
@@ -115,15 +118,15 @@ def _add_ground(mujoco: Any, spec: Any, plant: Plant) -> tuple[str, ...]:
     """Add a plane, and a box on it whose top is the higher side of a step; return their names."""
     low, high = sorted((0.0, plant.rise))
     spec.worldbody.add_geom(
-        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0.0, 0.0, low - plant.radius], size=[200.0, 200.0, 1.0],
+        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0.0, 0.0, low - plant.radius], size=[FAR, FAR, 1.0],
         contype=0, conaffinity=0,
     )  # fmt: skip
     if not plant.rise:
         return ("ground",)
     towards = plant.ahead if plant.rise > 0.0 else -plant.ahead
     spec.worldbody.add_geom(
-        name="step of the ground", type=mujoco.mjtGeom.mjGEOM_BOX, size=[100.0, 200.0, 0.5],
-        pos=[plant.edge + 100.0 * towards, 0.0, high - plant.radius - 0.5], contype=0, conaffinity=0,
+        name="step of the ground", type=mujoco.mjtGeom.mjGEOM_BOX, size=[FAR, FAR, 0.5],
+        pos=[plant.edge + FAR * towards, 0.0, high - plant.radius - 0.5], contype=0, conaffinity=0,
     )  # fmt: skip
     return "ground", "step of the ground"
 
