@@ -14,9 +14,11 @@ import pytest
 
 from amble.codegen import compiler
 from amble.export import export_controller
+from amble.export.impedance import DomainTable, impedance_code
 from amble.export.law import speed_limits, torque_limits
 from amble.gait import Gait
 from amble.gait.impedance import HOLD, Impedance
+from amble.numerics.pieces import ORDER
 
 JOINTS, FEET, TICK = 12, 4, 0.001
 SATURATED, LATE, CONTACT_FLAGS, NOT_FINITE, BAD_CLOCK, NOT_ENTERED, SILENT = 1, 4, 8, 32, 64, 128, 256
@@ -165,6 +167,29 @@ def test_feet_lift_near_the_plan_where_none_lands(folder: Path, tmp_path: Path, 
     assert late.c.stance == 0
     late.tick(here, 2)  # a foot that still carries is lifted by the next stance
     assert late.c.stance == 1
+
+
+class OwnWindow(Impedance):
+    """Another window than the default one."""
+
+    lift_offs = 0.25, 1.0 + 1.0 / 3.0
+
+
+class NoWindow(Impedance):
+    """A stance ends whenever the feet are up."""
+
+    lift_offs = None
+
+
+@pytest.mark.parametrize(
+    ("control", "window"),
+    [(Impedance(), ("0.5", "1.2")), (OwnWindow(), ("0.25", repr(4.0 / 3.0))), (NoWindow(), ("0.0", "HUGE_VAL"))],
+)
+def test_the_window_is_that_of_the_law(stabilised_gait: Gait, control: Impedance, window: tuple[str, str]) -> None:
+    """To the last digit; it does not depend on the tables."""
+    table = DomainTable.of(np.ones(2 + 2 * JOINTS + 2 + 2 * JOINTS * (ORDER + 1)), JOINTS, 1.0)
+    code = impedance_code(replace(stabilised_gait, control=control), [[table]])
+    assert (code["EARLIEST_LIFT_OFF"], code["LATEST_LIFT_OFF"]) == window
 
 
 def test_a_contact_that_does_not_come_is_waited_for(walk: Walk) -> None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import re
+import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -18,6 +21,7 @@ from amble.gait.impedance import Impedance
 from amble.gait.schedule import Schedule
 from amble.gait.schedule_tables import impedance_schedule
 from amble.gait.unfolding import unfolded
+from amble.gait.unilateral_state import within_window
 from tests.conftest import DATA
 from tests.export.test_impedance import FEET, JOINTS, NOT_FINITE, Command, Numbers, built
 from tests.export.test_impedance import Controller as OneGait
@@ -113,6 +117,39 @@ def test_commands_are_followed_from_step_to_step(folder: Path, schedule: Schedul
     )
     law = schedule.law((0.17,)).entries[0].parameters
     np.testing.assert_allclose(list(out.stiffness), law[2 : 2 + JOINTS], rtol=1e-13)
+
+
+@pytest.mark.slow
+def test_feet_lift_in_the_window_of_the_simulation(folder: Path, schedule: Schedule, tmp_path: Path) -> None:
+    """At and between gaits of different plans, by ticks; the first switch at the lift-off alone."""
+    code, gait = folder / "amble_controller.c", schedule.gait
+    tables = code.read_text()
+    first = re.search(r"SWITCH\[SWITCHES\] = \{\n  \{0, 1, (\d+)u, (\d+)u\}", tables)
+    assert first is not None
+    changed = tmp_path / "controller"
+    shutil.copytree(folder, changed)
+    row = first[0].replace(f"1, {first[1]}u", "1, 0u")
+    (changed / code.name).write_text(tables.replace(first[0], row))
+    library, tick = ctypes.CDLL(str(built(changed, tmp_path / "c.so", "-shared", "-fPIC"))), 1e-4
+    here = [foot in gait.pattern.stances[0].feet for foot in gait.robot.foot_names]
+    up = [flag and not int(first[2]) >> place & 1 for place, flag in enumerate(here)]
+    for command in (0.1, 0.13, 0.2, 0.31, 0.4):
+        law = schedule.law((command,))
+        crossing, clock, p = ca.MX.sym("crossing"), ca.MX.sym("clock"), ca.MX.sym("p", law.entries[0].parameters.size)
+        guard = within_window(replace(gait, control=law), gait.pattern.stances[0], crossing, clock, p)
+        simulated = ca.Function("guard", [crossing, clock, p], [guard])
+        for carries, flags in ((-1.0, up), (1.0, here)):
+            c, out, ticks = Controller(), Command(), 0
+            assert library.amble_enter_at(ctypes.byref(c), 0, (ctypes.c_double * 1)(command)) == 0
+            while c.stance == 0:
+                library.amble_step(
+                    ctypes.byref(c), ctypes.c_double(tick), Numbers(), Numbers(), (ctypes.c_ubyte * FEET)(*flags),
+                    ctypes.byref(out),
+                )  # fmt: skip
+                ticks += 1
+            before, after = ((ticks + more) * tick for more in (-2, 1))  # the clock begins at the first tick or before
+            assert float(simulated(carries, before, law.entries[0].parameters)) > 0.0
+            assert float(simulated(carries, after, law.entries[0].parameters)) <= 0.0
 
 
 def test_changes_have_to_be_given(schedule: Schedule, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.schedule import Schedule
 from amble.gait.schedule_tables import impedance_schedule
 from amble.gait.unfolding import unfolded
+from amble.gait.unilateral_state import within_window
 from amble.numerics.pieces import Pieces
 from amble.types import Matrix, Vector, frozen
 from tests.conftest import DATA
@@ -120,6 +121,37 @@ def test_between_gaits_it_is_their_mean_over_the_share_of_the_duration(
             np.testing.assert_allclose(found, np.array(expected), atol=1e-9)
         assert list(entry.breakpoints) == sorted(entry.breakpoints)
         assert entry.breakpoints[-1] == pytest.approx(HOLD * T, rel=1e-14)
+
+
+def test_the_window_of_lift_offs_is_that_of_the_plan_at_the_command(gait: Gait, schedule: Schedule) -> None:
+    """The other gait's stances last 1.5 times as long: at a command between them the plan is the mean."""
+    stance, feedback = gait.pattern.stances[-1], gait.feedback  # a mirrored one
+    assert feedback is not None
+    name = gait.pattern.solved[-1].name
+    for command, factor in ((0.2, 1.0), (0.25, 1.125), (0.4, 1.5)):
+        law = schedule.law((command,))
+        crossing, clock, p = ca.MX.sym("crossing"), ca.MX.sym("clock"), ca.MX.sym("p", law.entries[-1].parameters.size)
+        guard = within_window(replace(gait, control=law), stance, crossing, clock, p)
+        function = ca.Function("guard", [crossing, clock, p], [guard])
+        ended = [
+            float(function(carries, share * factor * feedback.durations[name], law.entries[-1].parameters)) <= 0.0
+            for carries, share in ((-1.0, 0.49), (-1.0, 0.51), (1.0, 1.19), (1.0, 1.21))
+        ]
+        assert ended == [False, True, False, True]
+
+
+class OwnWindow(Impedance):
+    """Another window than the default one."""
+
+    lift_offs = 0.25, 1.0 + 1.0 / 3.0
+
+
+def test_the_window_of_lift_offs_is_that_of_the_gaits_laws(gait: Gait) -> None:
+    other = replace(gait, control=OwnWindow())
+    found = impedance_schedule({(0.2,): other, (0.4,): other}, ("speed",))
+    assert found.law((0.3,)).lift_offs == OwnWindow.lift_offs
+    with pytest.raises(InputError, match="different windows of lift-offs"):
+        impedance_schedule({(0.2,): gait, (0.4,): other}, ("speed",))
 
 
 def test_what_cannot_be_interpolated_is_refused(gait: Gait, stabilised_gait: Gait) -> None:

@@ -14,6 +14,7 @@ from amble.gait.closed_loop import start_state
 from amble.gait.files import load_gait
 from amble.gait.impedance import Impedance
 from amble.gait.plant_errors import PlantErrors
+from amble.gait.schedule_tables import impedance_schedule
 from amble.gait.unilateral_loop import LIGHT, SLID, unilateral_loop
 from amble.gait.unilateral_state import Push, unilateral_start, unilateral_units
 from amble.hybrid import HybridSystem
@@ -130,18 +131,20 @@ def test_what_it_cannot_do_is_refused(stabilised_gait: Gait) -> None:
         simulate(unilateral_loop(stabilised_gait), np.zeros(47), unilateral=True)  # type: ignore[call-overload]
 
 
-@pytest.mark.parametrize("control", [None, Impedance()])
+@pytest.mark.parametrize("law", ["linearising", "impedance", "schedule"])
 def test_feet_lift_near_the_plan_under_impedance(
-    stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch, control: Impedance | None
+    stabilised_gait: Gait, monkeypatch: pytest.MonkeyPatch, law: str
 ) -> None:
     """The amble with its first switch at the lift-off alone, as in the test of the exported code.
 
     Up or not, a stance is not left before half of its plan, and at 1.2 of it in any case; elsewhere by force alone.
     """
-    gait = replace(stabilised_gait, control=control)
+    window = law != "linearising"
+    gait = replace(stabilised_gait, control=Impedance() if window else None)
+    control = impedance_schedule({(0.2,): gait, (0.3,): gait}, ("speed",)).law((0.25,)) if law == "schedule" else None
     steps = tuple(replace(step, landing=()) if step.source.name == "D1" else step for step in gait.pattern.steps)
     monkeypatch.setattr(type(gait.pattern), "steps", steps)
-    system, window = unilateral_loop(gait), control is not None
+    system = unilateral_loop(gait, control=control)
     out = next(each for each in system.transitions if (each.source, each.target) == ("D1", "D2"))
     assert gait.feedback is not None
     carrying = unilateral_start(gait)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,8 +15,9 @@ from amble.export.law import YOUNG, numbers, speed_limits, torque_limits, whole_
 from amble.export.stances import exported_stances, switch_tables
 from amble.export.vectors import A_STANCE, DAMPING, DISTURBANCE, OK, SATURATED, SEED
 from amble.gait import Gait
-from amble.gait.impedance import HOLD, LIFT_OFFS, Impedance, references
+from amble.gait.impedance import HOLD, Impedance, references
 from amble.gait.landing_stances import landings
+from amble.gait.linearising_law import control_of
 from amble.numerics.pieces import ORDER
 from amble.types import Matrix, Vector
 
@@ -97,17 +99,18 @@ def impedance_code(gait: Gait, nodes: Sequence[Sequence[DomainTable]]) -> dict[s
     """Return what the templates leave open in code but for the axes: name -> text.
 
     Args:
-        gait: the gait, or one of several with the same stances.
+        gait: the gait, or one of several with the same stances and window of lift-offs.
         nodes: the tables of every gait, in the order of the grid.
     """
+    earliest, latest = control_of(gait).lift_offs or (0.0, math.inf)
     return {
         "JOINT_COUNT": str(len(gait.robot.joints)),
         "FOOT_COUNT": str(len(gait.robot.feet)),
         "GAIT_STANCES": str(len(gait.pattern.stances)),
         "STANCE_COUNT": str(len(gait.pattern.visited)),
         "HOLD": f"{HOLD:g}",
-        "EARLIEST_LIFT_OFF": f"{LIFT_OFFS[0]:g}",
-        "LATEST_LIFT_OFF": f"{LIFT_OFFS[1]:g}",
+        "EARLIEST_LIFT_OFF": repr(float(earliest)),
+        "LATEST_LIFT_OFF": repr(float(latest)) if math.isfinite(latest) else "HUGE_VAL",
         "LONGEST": repr(LONGEST * min(domain.duration for domains in nodes for domain in domains)),
         "DAMPING": repr(DAMPING),
         "TABLES": _tables(gait, nodes),

@@ -40,13 +40,14 @@ class ControlLaw(ABC):
 
     Attributes:
         units: parameter -> unit, of those that are written with one.
-        lift_offs: shares of its plan between which the controller ends a stance by feet that lift, none landing; where
-            there are none it ends whenever they are up. Exported code and unilateral ground have it; the closed loop
-            has not, for close to the orbit, of which certificates and proofs speak, it does not matter.
+        lift_offs: shares of its plan (``planned``) between which the controller ends a stance by feet that lift, none
+            landing; where there are none it ends whenever they are up. Unilateral ground has it under any law, exported
+            code under ``Impedance`` and its schedules alone: code that reads the whole state has no window. The closed
+            loop has none, for close to the orbit, of which certificates and proofs speak, it does not matter.
     """
 
     units: ClassVar[Mapping[str, str]] = {}
-    lift_offs: ClassVar[tuple[float, float] | None] = None
+    lift_offs: tuple[float, float] | None = None
 
     @property
     @abstractmethod
@@ -78,6 +79,19 @@ class ControlLaw(ABC):
         """
         del gait, allocation
         return {}
+
+    def planned(self, gait: Gait, stance: Stance, p: ca.MX) -> ca.MX | float:
+        """Write the planned duration of a stance of the cycle, s, of which ``lift_offs`` are shares: the gait's.
+
+        Args:
+            gait: the gait.
+            stance: one of its stances, also a mirrored one.
+            p: the parameters of the stance; a law of another plan than the gait's reads it there.
+        """
+        del p
+        place = gait.pattern.stances.index(stance) % len(gait.domains)
+        domain = gait.domains[place]
+        return domain.duration if gait.feedback is None else gait.feedback.durations[domain.name]
 
     @abstractmethod
     def loops(

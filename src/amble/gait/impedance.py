@@ -73,7 +73,7 @@ class Impedance(TorqueLaw):
         "stiffness": "N m/rad",
         "damping": "N m s/rad",
     }
-    lift_offs: ClassVar[tuple[float, float] | None] = LIFT_OFFS
+    lift_offs = LIFT_OFFS
 
     stance_stiffness: float | None = None
     stance_damping: float | None = None
@@ -130,6 +130,11 @@ class Impedance(TorqueLaw):
         """Pack a domain with the feed-forward of the gait's own allocation law; see ``numbers``."""
         place = [stance.name for stance in gait.pattern.solved].index(domain)
         return self.numbers(gait, None)[place].parameters
+
+    def planned(self, gait: Gait, stance: Stance, p: ca.MX) -> ca.MX:
+        """Read the plan from the packed parameters."""
+        del gait, stance
+        return p[1] / HOLD
 
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
         """All of them: it reads clock and joints."""

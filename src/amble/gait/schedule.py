@@ -12,15 +12,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
 from amble.errors import InputError
 from amble.gait.control_law import Numbers, TorqueLaw
-from amble.gait.impedance import Impedance
+from amble.gait.impedance import HOLD, Impedance
 from amble.gait.landing_stances import landings
+from amble.gait.linearising_law import control_of
 from amble.gait.record import Gait
-from amble.hybrid import Symmetry
+from amble.hybrid import Stance, Symmetry
 from amble.numerics.pieces import FAR, ORDER
 from amble.types import NodeValues, Vector, frozen
 
@@ -33,8 +35,8 @@ class Schedule:
     """The impedance law of a grid of gaits with the same stances.
 
     Attributes:
-        gait: one of them, which gives robot, stances and limits; of gaits that turn, without the turn, so that its
-            states are in the world's axes.
+        gait: one of them, which gives robot, stances, limits and the window of lift-offs; of gaits that turn, without
+            the turn, so that its states are in the world's axes.
         axes: names of what is commanded, such as speed.
         values: of every axis, ascending, at least two.
         tables: packed numbers of every gait and law (``Impedance.numbers``), with the same ends of pieces as shares of
@@ -82,7 +84,9 @@ class Schedule:
         numbers = [_numbers(row, len(self.gait.robot.joints)) for row in packed]
         solved, between = len(self.gait.pattern.solved), [stance.name for stance, _ in landings(self.gait)]
         return InterpolatedImpedance(
-            entries=tuple(numbers[:solved]), between=dict(zip(between, numbers[solved:], strict=True))
+            entries=tuple(numbers[:solved]),
+            between=dict(zip(between, numbers[solved:], strict=True)),
+            lift_offs=control_of(self.gait).lift_offs,
         )
 
 
@@ -93,17 +97,24 @@ class InterpolatedImpedance(TorqueLaw):
     Attributes:
         entries: of every solved stance.
         between: of every stance between two landings, by its name.
+        lift_offs: those of the gaits' laws.
     """
 
     units: ClassVar[Mapping[str, str]] = {}
 
     entries: tuple[Numbers, ...]
     between: Mapping[str, Numbers] = field(default_factory=dict)
+    lift_offs: tuple[float, float] | None
 
     @property
     def name(self) -> str:
         """Name in messages."""
         return "interpolated impedance"
+
+    def planned(self, gait: Gait, stance: Stance, p: ca.MX) -> ca.MX:
+        """Read the plan at the command, the mean of the gaits', from the packed parameters."""
+        del gait, stance
+        return p[1] / HOLD
 
     def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
         """All of them: it reads clock and joints."""

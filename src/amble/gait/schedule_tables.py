@@ -63,12 +63,14 @@ def impedance_schedule(
         images: add the mirror images of all gaits (``mirrored_axis``).
 
     Raises:
-        InputError: a combination is missing, an axis has one value only, or the gaits are of different robots, stances
-            or grounds.
+        InputError: a combination is missing, an axis has one value only, or the gaits are of different robots, stances,
+            grounds or windows of lift-offs.
         WorkError: an orbit cannot be integrated.
     """
     first = next(iter(gaits.values()))
     grid_values(gaits, axes)
+    if len({impedance_of(gait).lift_offs for gait in gaits.values()}) > 1:
+        raise InputError("the laws of the gaits have different windows of lift-offs; between such is no interpolation")
     nodes = {tuple(place): _node(gait, law or gait.law) for place, gait in gaits.items()}
     if images:
         axis, shift = mirrored_axis(gaits, axes), _ahead(first)

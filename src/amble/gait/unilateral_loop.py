@@ -9,9 +9,9 @@ that land next are on the ground. The exported code does the same.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import casadi as ca
 
@@ -23,7 +23,7 @@ from amble.gait.closed_loop import closed_loop
 from amble.gait.control_law import ControlLaw
 from amble.gait.plant_errors import EXACT, PlantErrors
 from amble.gait.record import Gait
-from amble.gait.unilateral_state import UnilateralState, lift_off_window, state_names
+from amble.gait.unilateral_state import UnilateralState, state_names, within_window
 from amble.hybrid import Contacts, Domain, HybridSystem, Switch, Transition
 from amble.hybrid.unilateral import normal_forces, tangential_loads, unilateral_impact, unilateral_motion
 
@@ -90,7 +90,7 @@ def on_unilateral_ground(gait: Gait, system: HybridSystem, errors: PlantErrors =
             exits=[(step, system.domain(step.target.name)) for step in pattern.steps if step.source == stance],
             parts=parts,
             lift_off=gait.limits.normal_force,
-            window=lift_off_window(gait, stance),
+            windowed=partial(within_window, gait, stance),
             errors=errors,
         )
         domains += loop.domains()
@@ -108,7 +108,7 @@ class _StanceLoop:
     exits: Sequence[tuple[Switch, Domain]]
     parts: dict[str, ca.Function]
     lift_off: float
-    window: tuple[float, float] | None
+    windowed: Callable[[ca.MX, ca.MX, ca.MX], ca.MX]
     errors: PlantErrors
 
     @property
@@ -180,10 +180,8 @@ class _StanceLoop:
         else:
             _, normal, _, _ = self._motion(now, p)
             places = [feet.index(foot) for foot in switch.leaving]
-            crossing = (sum(normal[k] for k in places) / len(places) - self.lift_off) / self._weight
-            if self.window is not None:  # up, but not before the first time, and at the second in any case
-                early, late = self.window
-                crossing = ca.fmin(ca.fmax(crossing, 1.0 - now.clock / early), 1.0 - now.clock / late)
+            carried = (sum(normal[k] for k in places) / len(places) - self.lift_off) / self._weight
+            crossing = self.windowed(carried, now.clock, p)
             after, active = now.x, stays
         entered = replace(now, x=after, clock=ca.MX(-self.errors.lateness), active=active)
         return self._pair(t, state, p, crossing, self._with_late_torques(entered, self._torque(now, p), following))

@@ -101,11 +101,20 @@ class UnilateralState:
         return ca.if_else(ca.logic_and(time >= self.rest[3], time < self.rest[4]), self.rest[:3], ca.DM.zeros(3))
 
 
-def lift_off_window(gait: Gait, stance: Stance) -> tuple[float, float] | None:
-    """The earliest and latest end, s, of a stance that ends by feet that lift, under the gait's feedback law."""
-    shares, pattern = control_of(gait).lift_offs, gait.pattern
-    if shares is None or stance not in pattern.stances:
-        return None
-    domain = gait.domains[pattern.stances.index(stance) % len(gait.domains)]
-    planned = domain.duration if gait.feedback is None else gait.feedback.durations[domain.name]
-    return shares[0] * planned, shares[1] * planned
+def within_window(gait: Gait, stance: Stance, crossing: ca.MX, clock: ca.MX, p: ca.MX) -> ca.MX:
+    """Bound the guard of feet that lift by the window of the gait's feedback law (``ControlLaw.lift_offs``).
+
+    They are up, but not before the first time, and at the second it ends in any case.
+
+    Args:
+        gait: the gait.
+        stance: that ends, none landing.
+        crossing: the guard, above 0 while they carry.
+        clock: s.
+        p: the parameters of the stance.
+    """
+    control = control_of(gait)
+    if control.lift_offs is None or stance not in gait.pattern.stances:
+        return crossing
+    (early, late), share = control.lift_offs, clock / control.planned(gait, stance, p)
+    return ca.fmin(ca.fmax(crossing, early - share), late - share)
