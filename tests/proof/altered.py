@@ -70,15 +70,20 @@ def _bounds(tree: Json, again: Recomputed) -> list[tuple[str, Json, str, Fractio
     return found
 
 
-def searched(proof: Proof, again: Recomputed, draws: np.random.Generator) -> Iterator[tuple[str, Proof]]:
+def searched(
+    proof: Proof, again: Recomputed, draws: np.random.Generator, radius: float | None = None
+) -> Iterator[tuple[str, Proof]]:
     """Return files in which one thing that was searched is another, each such that what it claims is false.
+
+    The spectral radius is given where the multipliers are not enclosed one by one.
 
     A rate falls below the spectral radius by a share of what it lies above it; a weight loses its smallest eigenvalue;
     a radius no longer reaches the fixed point, a centre leaves it outside; the last step ends before the guard, or the
     first one is missing; a basin is claimed to reach farther, or to contract faster than its derivative does.
     """
     share, found = float(draws.uniform(*SHARES)), proof.found
-    largest = max(float(abs(value).abs_lower()) for value in again.orbit.multipliers)
+    enclosed = [float(abs(value).abs_lower()) for value in again.orbit.multipliers]
+    largest = max(enclosed) if radius is None else radius
     off = [abs(value - centre).lower() for value, centre in zip(again.orbit.state, again.orbit.centre, strict=True)]
     farthest = max(range(len(off)), key=lambda number: float(off[number]))
     changes: list[tuple[str, tuple[str | int, ...], object]] = [

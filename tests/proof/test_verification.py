@@ -102,7 +102,9 @@ def test_a_hundred_files_of_a_gait_and_a_smaller_rate() -> None:
         reduced = quotient(again.orbit.derivative, along)
         weight = np.array(proof.found.weight)
         assert claimed(reduced, weight, proof.found.rate)[1] == proof.found.rate
-        files = dict(searched(proof, again, draws))
+        middle = np.array([[float(entry.mid()) for entry in row] for row in reduced.tolist()])
+        radius = float(np.abs(np.linalg.eigvals(middle)).max())
+        files = dict(searched(proof, again, draws, radius))
         lower = files["the rate"].found.rate
         assert lower is not None
         for rate, other in (
