@@ -16,6 +16,7 @@ from amble.errors import InputError
 from amble.proof import Proof, ProofError, Settings, load_proof, prove, save_proof, verify
 from amble.proof.arithmetic import decimals
 from amble.types import Json
+from tests.proof.forged import forged
 
 SETTINGS = Settings(order=14, tolerance=1e-22, radius=1e-15, basin=1e-3)
 
@@ -207,3 +208,8 @@ def test_a_bound_below_all_that_is_written_is_rounded_outward() -> None:
     tiny = arb(2) ** -4000
     assert decimals(tiny) == ("0e-999", "1e-999")
     assert decimals(-tiny) == ("-1e-999", "0e-999")
+
+
+def test_a_ball_whose_ends_are_exchanged_is_refused() -> None:
+    with pytest.raises(ValueError, match="lower end of a ball is above its upper one"):
+        forged(proved={"durations": [("2e0", "1e0"), ("1e0", "1e0")]})

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
+from typing import Any
+
 import casadi as ca
+import mpmath
 import numpy as np
 import pytest
 from flint import arb, arb_series
 
 from amble.errors import InputError
 from amble.proof.arithmetic import working_precision
-from amble.proof.tape import UndecidedError, record
+from amble.proof.tape import OPERATIONS, UndecidedError, record
 
 
 def expressions(x: ca.SX) -> list[ca.SX]:
@@ -45,6 +50,73 @@ def test_exact_points_are_sharp() -> None:
             np.asarray(function([0.3, 2.0])).reshape(-1), rel=1e-13
         )
         assert max(float(value.rad()) for value in image) < 1e-50
+
+
+SMOOTH: dict[int, Callable[..., Any]] = {
+    ca.OP_ADD: lambda a, b: a + b,
+    ca.OP_SUB: lambda a, b: a - b,
+    ca.OP_MUL: lambda a, b: a * b,
+    ca.OP_DIV: lambda a, b: a / b,
+    ca.OP_NEG: lambda a: -a,
+    ca.OP_INV: lambda a: 1 / a,
+    ca.OP_SQ: lambda a: a * a,
+    ca.OP_TWICE: lambda a: 2 * a,
+    ca.OP_SQRT: mpmath.sqrt,
+    ca.OP_SIN: mpmath.sin,
+    ca.OP_COS: mpmath.cos,
+    ca.OP_TAN: mpmath.tan,
+    ca.OP_ASIN: mpmath.asin,
+    ca.OP_ACOS: mpmath.acos,
+    ca.OP_ATAN: mpmath.atan,
+    ca.OP_EXP: mpmath.exp,
+    ca.OP_LOG: mpmath.log,
+    ca.OP_TANH: mpmath.tanh,
+    ca.OP_POW: mpmath.power,
+    ca.OP_CONSTPOW: mpmath.power,
+}
+"""Operations with derivatives, by mpmath."""
+
+LEADS = [0.3, 0.7, 0.0, 1.0, 2.0, -1.0]
+"""First coefficients of the operands, those among them at which a power is a product."""
+
+
+@pytest.mark.parametrize("code", SMOOTH)
+def test_coefficients_of_a_series_are_those_of_taylor(code: int) -> None:
+    """Six coefficients along polynomials with steep further ones; at points where the operation has derivatives."""
+    exact, draws, tried = SMOOTH[code], np.random.default_rng(code), 0
+    count = 2 if code in BINARY else 1
+    with working_precision(200), mpmath.workprec(300):
+        for leads in itertools.product(LEADS, repeat=count):
+            operands = [[lead, *draws.uniform(-2, 2, 5)] for lead in leads]
+            try:
+                at = exact(*map(mpmath.mpf, leads))
+                regular = mpmath.isfinite(at) and mpmath.im(at) == 0
+            except (ZeroDivisionError, ValueError):
+                continue
+            if not regular or (code in SINGULAR and not SINGULAR[code](*leads)):
+                continue
+            wanted = mpmath.taylor(
+                lambda s, operands=operands: exact(*(sum(c * s**k for k, c in enumerate(each)) for each in operands)),
+                0,
+                5,
+            )
+            found = OPERATIONS[code](*(arb_series(list(map(arb, each)), prec=6) for each in operands))
+            for coefficient, value in zip(found, wanted, strict=True):
+                assert abs(mpmath.mpf(str(coefficient.mid().str(50, radius=False))) - value) < 1e-25 * (1 + abs(value))
+            tried += 1
+    assert tried >= 3
+
+
+BINARY = (ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_POW, ca.OP_CONSTPOW)
+
+SINGULAR: dict[int, Callable[..., bool]] = {
+    ca.OP_SQRT: lambda a: a > 0,
+    ca.OP_ASIN: lambda a: abs(a) < 1,
+    ca.OP_ACOS: lambda a: abs(a) < 1,
+    ca.OP_POW: lambda a, _: a > 0,
+    ca.OP_CONSTPOW: lambda a, _: a > 0,
+}
+"""Where operations that have a value have derivatives too."""
 
 
 def test_a_series_holds_the_derivatives() -> None:

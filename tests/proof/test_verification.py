@@ -93,6 +93,7 @@ def test_claims_have_room_for_what_another_precision_makes_of_them() -> None:
 def test_a_hundred_files_of_a_gait_and_a_smaller_rate() -> None:
     proof, again = gaits.proof(), gaits.again()
     require_claims(proof.proved, again)
+    verification.require_same(proof, gaits.stabilised())
     refused_all(proof, again)
     assert proof.found.rate is not None
     draws = np.random.default_rng(2)

@@ -14,7 +14,7 @@ def test_both_are_shown() -> None:
     assert rows["smallest margin: normal force (N)"][1] == "4.32 (hr)"
     assert rows["smallest margin: friction, mu^2 less the square of what is used"][1] == "0.012 (fl)"
     assert rows["smallest margin: height of the base above that of a fall (m)"][1] == "0.1"
-    assert rows["fixed point, widest coordinate"][1] == "1.0e-7"
+    assert rows["fixed point, widest coordinate"][1] == "1e-7"
     assert rows["missed of the robot record's decimals at 5 points, force_N"][1] == "at most 2.27e-14"
     assert "again" in table.notes[0]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -47,7 +48,16 @@ def _bounded(text: str) -> str:
 
 Decimal = Annotated[str, Field(pattern=r"^-?\d{1,200}(e-?\d{1,3})?$"), AfterValidator(_bounded)]
 Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,200}p-?\d{1,5}$"), AfterValidator(_bounded)]
-Pair = tuple[Decimal, Decimal]
+
+
+def _ordered(pair: tuple[str, str]) -> tuple[str, str]:
+    """Refuse the lower end of a ball above its upper one."""
+    if Fraction(pair[0]) > Fraction(pair[1]):
+        raise ValueError("the lower end of a ball is above its upper one")
+    return pair
+
+
+Pair = Annotated[tuple[Decimal, Decimal], AfterValidator(_ordered)]
 
 Steps = Annotated[list[Annotated[Dyadic, Field(pattern=r"^[1-9]")]], Field(max_length=2000)]
 """Of a domain: positive; a gait needs about 12, and every one is computed again where a proof is verified."""

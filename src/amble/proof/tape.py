@@ -68,8 +68,13 @@ def _where(condition: Value, value: Value) -> Value:
     return arb(0) if _decided(_leading(condition) == 0, _leading(condition) != 0, "if") else value
 
 
+def _fixed(value: Value) -> bool:
+    """Whether a value is a number: a series whose coefficients behind the first are 0."""
+    return isinstance(value, arb) or all(value[number] == 0 for number in range(1, len(value)))
+
+
 def _power(base: Value, exponent: Value) -> Value:
-    power = _leading(exponent).unique_fmpz()
+    power = _leading(exponent).unique_fmpz() if _fixed(exponent) else None
     if power is None or abs(int(power)) > LARGEST_PRODUCT or not _leading(exponent).is_integer():
         return (base.log() * exponent).exp()
     count = int(power)

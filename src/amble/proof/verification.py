@@ -68,13 +68,20 @@ def verify(proof: Proof, system: HybridSystem | Gait, progress: Progress = silen
 
 
 def require_same(proof: Proof, system: HybridSystem | Gait) -> None:
-    """Ask that a proof is of a system; what it claims is not looked at.
+    """Ask that a proof is of a system and has a number for all that it speaks of; whether they follow is not looked at.
 
     Raises:
-        InputError: it is of another system, or there is no proof of this one.
+        InputError: it is of another system, lacks numbers, or there is no proof of this one.
     """
     with working_precision(proof.found.bits):
-        _same(proof, system)
+        prepared = _same(proof, system)
+        _expect_shapes(proof.found, proof.proved, prepared)
+        whole = prepared.system
+        claimed = [*proof.proved.state, *proof.proved.shift]
+        if not proof.proved.state or not set(claimed) <= set(whole.state_names):
+            raise InputError("the proof has numbers for other states than the system's")
+        if len(proof.proved.margins) != len(whole.domains):
+            raise InputError("the proof has margins for another number of domains")
 
 
 def recomputed(proof: Proof, system: HybridSystem | Gait, progress: Progress = silent) -> Recomputed:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING, Any
 
 from amble.report.tables import Table, number
@@ -28,6 +29,9 @@ MARGINS = {
     "normal impulse": "normal impulse at a landing (N s)",
 }
 """Kinds of margins of a gait, in words and units."""
+
+
+SAYS = "Proved by proof.json, which `amble prove --verify` computes anew and a report does not:"
 
 
 def proof_table(proof: Proof, stability: Mapping[str, Any] | None) -> Table:
@@ -68,15 +72,15 @@ def proof_table(proof: Proof, stability: Mapping[str, Any] | None) -> Table:
 
 
 def proof_summary(proof: Proof) -> str:
-    """Say in a sentence what is proved."""
+    """Say in a sentence what a proof's file says is proved."""
     from amble.proof.sentences import rounded_up, up_to_a_turn, whole_rate
 
     if proof.found.rate is None:
-        return "Proved: exactly one periodic orbit in a box; that it is stable is not."
+        return f"{SAYS} exactly one periodic orbit in a box; that it is stable is not."
     bound = rounded_up(whole_rate(proof.found.rate, proof.half), 5)
     turned = " up to a turn about the vertical" if up_to_a_turn(proof) else ""
     return (
-        f"Proved: exactly one periodic orbit in a box, exponentially stable{turned}, with a spectral radius of the "
+        f"{SAYS} exactly one periodic orbit in a box, exponentially stable{turned}, with a spectral radius of the "
         f"full cycle of at most {bound}; its contacts and limits hold all along it."
     )
 
@@ -94,12 +98,11 @@ def _estimate(stability: Mapping[str, Any] | None) -> str:
 
 
 def _widest(proof: Proof) -> str:
-    from fractions import Fraction
-
     from amble.proof.sentences import rounded_up
 
-    widths = [Fraction(high) - Fraction(low) for low, high in proof.proved.state.values()]
-    return rounded_up(f"{float(max(widths)):.3e}", 2)
+    upward = Context(prec=28, rounding=ROUND_CEILING)
+    widths = [upward.subtract(Decimal(high), Decimal(low)) for low, high in proof.proved.state.values()]
+    return rounded_up(str(max(widths)), 2)
 
 
 def _margins(proof: Proof) -> dict[str, str]:
