@@ -15,7 +15,8 @@ from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.simulation import simulate
 from amble.types import NodeValues, Vector
-from benchmarks.baselines import Task, WholeBodyProgram, basic_solution, walking_gait
+from benchmarks.baselines import Task, WholeBodyProgram, basic_solution
+from benchmarks.gaits import walking_gait
 
 SAMPLES = 2001
 """States along one stance; also every second, to tell a jump from a slope."""

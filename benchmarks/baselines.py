@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -19,19 +18,12 @@ from amble.control.outputs import selection_matrix
 from amble.control.virtual_constraints import VirtualConstraints, commanded_acceleration
 from amble.gait import Gait
 from amble.gait.constraints import REFERENCE_ORDER, loop_parameters
-from amble.gait.files import load_gait
 from amble.hybrid import Stance, constrained_dynamics
 from amble.robot import Robot
 from amble.types import Matrix, Vector
 
-ROOT = Path(__file__).parents[1]
 REGULARISATION = 1e-8
 """Weight of accelerations and forces in the program, beside 1 for torques: quadprog needs a definite Hessian."""
-
-
-def walking_gait() -> Gait:
-    """Return the amble that the tests walk."""
-    return load_gait(ROOT / "tests" / "data" / "stabilised-amble.json")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from amble.codegen.compiler import Compiler
 from amble.control import AllocationLaw, BoundedMinimumNorm, MinimumPeak, MinimumPower, PseudoInverse
 from amble.export import Exported, export_controller
 from amble.gait import Gait
-from benchmarks.baselines import Task, WholeBodyProgram, walking_gait
+from benchmarks.baselines import Task, WholeBodyProgram
+from benchmarks.gaits import walking_gait
 
 REPETITIONS = 200
 """Calls of each test vector."""

@@ -15,7 +15,7 @@ from amble.control import PseudoInverse
 from amble.export import export_controller
 from amble.gait import Gait
 from amble.gait.impedance import Impedance
-from benchmarks.baselines import walking_gait
+from benchmarks.gaits import walking_gait
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off")
 COLLECTED = re.compile(r"Collected : (\d+)")

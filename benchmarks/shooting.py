@@ -17,8 +17,8 @@ import numpy as np
 
 from amble.analysis.reference import reference_motion
 from amble.gait import Gait
-from benchmarks.baselines import walking_gait
 from benchmarks.figures import Figure, show
+from benchmarks.gaits import walking_gait
 
 PYTHON = Path("build/crocoddyl/bin/python")
 """Of the environment (`make bench` makes it)."""

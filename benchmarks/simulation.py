@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.simulation import simulate
-from benchmarks.baselines import walking_gait
 from benchmarks.figures import Figure, show, timed
+from benchmarks.gaits import walking_gait
 from benchmarks.mujoco_model import model_of
 
 CYCLES = 500

@@ -7,8 +7,8 @@ from dataclasses import replace
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.stability.monodromy import monodromy, prepare_variational
 from amble.stability.stabilize import stabilization
-from benchmarks.baselines import walking_gait
 from benchmarks.figures import Figure, show, timed
+from benchmarks.gaits import walking_gait
 
 TOLERANCE = 1e-10
 
