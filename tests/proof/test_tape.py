@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any
 
 import casadi as ca
 import mpmath
@@ -15,6 +14,7 @@ from flint import arb, arb_series
 from amble.errors import InputError
 from amble.proof.arithmetic import working_precision
 from amble.proof.tape import OPERATIONS, UndecidedError, record
+from tests.proof.test_against_mpmath import CASES
 
 
 def expressions(x: ca.SX) -> list[ca.SX]:
@@ -52,28 +52,8 @@ def test_exact_points_are_sharp() -> None:
         assert max(float(value.rad()) for value in image) < 1e-50
 
 
-SMOOTH: dict[int, Callable[..., Any]] = {
-    ca.OP_ADD: lambda a, b: a + b,
-    ca.OP_SUB: lambda a, b: a - b,
-    ca.OP_MUL: lambda a, b: a * b,
-    ca.OP_DIV: lambda a, b: a / b,
-    ca.OP_NEG: lambda a: -a,
-    ca.OP_INV: lambda a: 1 / a,
-    ca.OP_SQ: lambda a: a * a,
-    ca.OP_TWICE: lambda a: 2 * a,
-    ca.OP_SQRT: mpmath.sqrt,
-    ca.OP_SIN: mpmath.sin,
-    ca.OP_COS: mpmath.cos,
-    ca.OP_TAN: mpmath.tan,
-    ca.OP_ASIN: mpmath.asin,
-    ca.OP_ACOS: mpmath.acos,
-    ca.OP_ATAN: mpmath.atan,
-    ca.OP_EXP: mpmath.exp,
-    ca.OP_LOG: mpmath.log,
-    ca.OP_TANH: mpmath.tanh,
-    ca.OP_POW: mpmath.power,
-    ca.OP_CONSTPOW: mpmath.power,
-}
+SWITCHES = {ca.OP_FABS, ca.OP_LT, ca.OP_LE, ca.OP_NOT, ca.OP_IF_ELSE_ZERO, ca.OP_FMIN, ca.OP_FMAX}
+SMOOTH = {code: case for code, case in CASES.items() if code not in SWITCHES}
 """Operations with derivatives, by mpmath."""
 
 LEADS = [0.3, 0.7, 0.0, 1.0, 2.0, -1.0]
@@ -83,10 +63,9 @@ LEADS = [0.3, 0.7, 0.0, 1.0, 2.0, -1.0]
 @pytest.mark.parametrize("code", SMOOTH)
 def test_coefficients_of_a_series_are_those_of_taylor(code: int) -> None:
     """Six coefficients along polynomials with steep further ones; at points where the operation has derivatives."""
-    exact, draws, tried = SMOOTH[code], np.random.default_rng(code), 0
-    count = 2 if code in BINARY else 1
+    (exact, ranges), draws, tried = SMOOTH[code], np.random.default_rng(code), 0
     with working_precision(200), mpmath.workprec(300):
-        for leads in itertools.product(LEADS, repeat=count):
+        for leads in itertools.product(LEADS, repeat=len(ranges)):
             operands = [[lead, *draws.uniform(-2, 2, 5)] for lead in leads]
             try:
                 at = exact(*map(mpmath.mpf, leads))
@@ -106,8 +85,6 @@ def test_coefficients_of_a_series_are_those_of_taylor(code: int) -> None:
             tried += 1
     assert tried >= 3
 
-
-BINARY = (ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_POW, ca.OP_CONSTPOW)
 
 SINGULAR: dict[int, Callable[..., bool]] = {
     ca.OP_SQRT: lambda a: a > 0,

@@ -15,7 +15,7 @@ from amble.export.law import YOUNG, numbers, speed_limits, torque_limits, whole_
 from amble.export.stances import exported_stances, switch_tables
 from amble.export.vectors import A_STANCE, DAMPING, DISTURBANCE, OK, SATURATED, SEED
 from amble.gait import Gait
-from amble.gait.impedance import HOLD, Impedance, references
+from amble.gait.impedance import HOLD, Impedance, references, unpacked
 from amble.gait.landing_stances import landings
 from amble.gait.linearising_law import control_of
 from amble.numerics.pieces import ORDER
@@ -61,18 +61,16 @@ class DomainTable:
     @classmethod
     def of(cls, packed: Vector, joints: int, duration: float) -> DomainTable:
         """Take packed parameters apart."""
-        rest = packed[2 + 2 * joints :]
-        count = rest.size // (2 + 2 * joints * (ORDER + 1))
-        curves = rest[2 * count :]
+        ends, P, D, places, (angles, torques) = unpacked(packed, joints)
         return cls(
             duration=duration,
-            end=float(packed[0]),
-            hold=float(packed[1]),
-            stiffness=packed[2 : 2 + joints],
-            damping=packed[2 + joints : 2 + 2 * joints],
-            places=rest[: 2 * count].reshape(2, count),
-            angles=curves[: curves.size // 2],
-            torques=curves[curves.size // 2 :],
+            end=float(ends[0]),
+            hold=float(ends[1]),
+            stiffness=P,
+            damping=D,
+            places=places,
+            angles=angles.ravel(),
+            torques=torques.ravel(),
             packed=packed,
         )
 

@@ -25,7 +25,7 @@ from amble.hybrid import Contacts, Stance, Symmetry
 from amble.hybrid.system import numeric
 from amble.numerics.pieces import FAR, ORDER, Pieces, evaluated, padded
 from amble.robot import Robot
-from amble.types import Vector, frozen
+from amble.types import Matrix, NodeValues, Vector, frozen
 
 STANCE = 0.812, 0.1267
 SWING = 0.65, 0.0452
@@ -48,8 +48,28 @@ GROUP = 4
 """Pieces are counted up to a multiple of this, so that gaits of one robot mostly share compiled code."""
 
 
+class PackedImpedance(TorqueLaw):
+    """The law of equation (1), whatever its numbers come from: its torques, and the plan, are read from packed ones."""
+
+    def planned(self, gait: Gait, stance: Stance, p: ca.MX) -> ca.MX:
+        """Read the plan from the packed parameters: of an interpolated law that at its command."""
+        del gait, stance
+        return p[1] / HOLD
+
+    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
+        """All of them: it reads clock and joints."""
+        del gait, symmetry
+        return True
+
+    @staticmethod
+    def torques(contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
+        """Write equations (1) and (2); the gains are among the parameters, so that all share one expression."""
+        joints = len(contacts.robot.joints)
+        return _about(references(p, joints, t), p[2 : 2 + 2 * joints], q, v)
+
+
 @dataclass(frozen=True, kw_only=True)
-class Impedance(TorqueLaw):
+class Impedance(PackedImpedance):
     """Feed-forward from the orbit and constant joint gains; what is not given follows from the robot's size.
 
     Attributes:
@@ -130,16 +150,6 @@ class Impedance(TorqueLaw):
         """Pack a domain with the feed-forward of the gait's own allocation law; see ``numbers``."""
         place = [stance.name for stance in gait.pattern.solved].index(domain)
         return self.numbers(gait, None)[place].parameters
-
-    def planned(self, gait: Gait, stance: Stance, p: ca.MX) -> ca.MX:
-        """Read the plan from the packed parameters."""
-        del gait, stance
-        return p[1] / HOLD
-
-    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
-        """All of them: it reads clock and joints."""
-        del gait, symmetry
-        return True
 
     def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
         """Follow the orbit and take the torques of an allocation law along it.
@@ -229,30 +239,19 @@ class Impedance(TorqueLaw):
             chosen[what][key] = float(value)
         return replace(self, stiffness=chosen["stiffness"], damping=chosen["damping"])
 
-    @staticmethod
-    def torques(contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
-        """Write equations (1) and (2); the gains are among the parameters, so that all share one expression."""
-        joints = len(contacts.robot.joints)
-        return _about(references(p, joints, t), p[2 : 2 + 2 * joints], q, v)
-
     def smooth(self, gait: Gait, numbers: Numbers) -> tuple[Numbers, ...]:
         """Cut a domain at its pieces, up to the end of the last: the gains, one place and one piece each."""
         # shorthand
-        joints, p = len(gait.robot.joints), numbers.parameters
-        size = joints * (ORDER + 1)
-        gains, rest = p[2 : 2 + 2 * joints], p[2 + 2 * joints :]
-        count = rest.size // (2 + 2 * size)
-        places = rest[: 2 * count].reshape(2, count)
-        angles, torques = rest[2 * count :].reshape(2, count, size)
+        ends, P, D, places, curves = unpacked(numbers.parameters, len(gait.robot.joints))
 
         used = np.flatnonzero(places[0] < FAR)
-        ends = (*places[0, used[1:]], p[0])
+        cuts = (*places[0, used[1:]], ends[0])
         return tuple(
             Numbers(
-                parameters=frozen(np.concatenate([gains, places[:, k], angles[k], torques[k]])),
+                parameters=frozen(np.concatenate([P, D, places[:, k], curves[:, k].ravel()])),
                 breakpoints=(float(end),),
             )
-            for k, end in zip(used, ends, strict=True)
+            for k, end in zip(used, cuts, strict=True)
         )
 
     def smooth_torques(self, contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
@@ -263,6 +262,17 @@ class Impedance(TorqueLaw):
         )
         angle, rate = evaluated(place, angles, joints, t)
         return _about((angle, rate, evaluated(place, torques, joints, t)[0]), gains, q, v)
+
+
+def unpacked(packed: Vector, joints: int) -> tuple[Vector, Vector, Vector, Matrix, NodeValues]:
+    """Take packed numbers apart: [end, hold], P, D, places, curves.
+
+    Places are starts and half lengths of the pieces, (2, n), curves the coefficients of angles and torques,
+    (2, n, n_joints, ORDER + 1).
+    """
+    ends, P, D, rest = np.split(packed, [2, 2 + joints, 2 + 2 * joints])
+    count = rest.size // (2 + 2 * joints * (ORDER + 1))
+    return ends, P, D, rest[: 2 * count].reshape(2, count), rest[2 * count :].reshape(2, count, joints, ORDER + 1)
 
 
 def _about(reference: tuple[ca.SX, ca.SX, ca.SX], gains: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:

@@ -12,18 +12,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-import casadi as ca
 import numpy as np
 
 from amble.control import AllocationLaw
 from amble.errors import InputError
-from amble.gait.control_law import Numbers, TorqueLaw
-from amble.gait.impedance import HOLD, Impedance
+from amble.gait.control_law import Numbers
+from amble.gait.impedance import PackedImpedance, unpacked
 from amble.gait.landing_stances import landings
 from amble.gait.linearising_law import control_of
 from amble.gait.record import Gait
-from amble.hybrid import Stance, Symmetry
-from amble.numerics.pieces import FAR, ORDER
+from amble.numerics.pieces import FAR
 from amble.types import NodeValues, Vector, frozen
 
 OUTSIDE = 1e-9
@@ -91,7 +89,7 @@ class Schedule:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class InterpolatedImpedance(TorqueLaw):
+class InterpolatedImpedance(PackedImpedance):
     """The impedance law with numbers of its own.
 
     Attributes:
@@ -111,16 +109,6 @@ class InterpolatedImpedance(TorqueLaw):
         """Name in messages."""
         return "interpolated impedance"
 
-    def planned(self, gait: Gait, stance: Stance, p: ca.MX) -> ca.MX:
-        """Read the plan at the command, the mean of the gaits', from the packed parameters."""
-        del gait, stance
-        return p[1] / HOLD
-
-    def keeps(self, gait: Gait, symmetry: Symmetry) -> bool:
-        """All of them: it reads clock and joints."""
-        del gait, symmetry
-        return True
-
     def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
         """Return its numbers; the feed-forward is theirs."""
         del gait
@@ -137,13 +125,10 @@ class InterpolatedImpedance(TorqueLaw):
         del gait, allocation
         return self.between
 
-    torques = staticmethod(Impedance.torques)
-
 
 def _numbers(packed: Vector, joints: int) -> Numbers:
     """The numbers of a stance, with the clocks at which they are not smooth."""
-    count = (packed.size - 2 - 2 * joints) // (2 + 2 * joints * (ORDER + 1))
-    begins = packed[2 + 2 * joints :][:count]
-    inside = begins[1:][begins[1:] < FAR]
-    ends = sorted({*map(float, inside), float(packed[0]), float(packed[1])})
-    return Numbers(parameters=frozen(packed), breakpoints=tuple(ends))
+    ends, _, _, places, _ = unpacked(packed, joints)
+    begins = places[0, 1:]
+    clocks = sorted({*map(float, begins[begins < FAR]), *map(float, ends)})
+    return Numbers(parameters=frozen(packed), breakpoints=tuple(clocks))

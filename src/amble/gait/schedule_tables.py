@@ -14,7 +14,7 @@ import numpy as np
 
 from amble.control import AllocationLaw
 from amble.errors import InputError
-from amble.gait.impedance import GROUP, HOLD, Impedance
+from amble.gait.impedance import GROUP, HOLD, Impedance, unpacked
 from amble.gait.landing_stances import entering, landings, twin
 from amble.gait.orbit import OrbitArc, orbit_arcs
 from amble.gait.record import Gait
@@ -22,7 +22,7 @@ from amble.gait.schedule import Schedule
 from amble.hybrid import SIMULTANEOUS
 from amble.numerics.pieces import FAR, ORDER, SAMPLES, Pieces, padded, piece
 from amble.robot.mirror import Mirror, SignedPermutation
-from amble.types import Matrix, NodeValues, Vector, frozen
+from amble.types import Matrix, Vector, frozen
 
 SAME = 1e-9
 """Ends of pieces this near to each other, as a share of the planned duration, are one."""
@@ -207,14 +207,14 @@ def _mirrored_arc(mirror: Mirror, arc: OrbitArc) -> OrbitArc:
 
 def _mirrored(packed: Vector, mirror: SignedPermutation) -> Vector:
     """Mirror packed numbers: gains change places, angles and torques the sign too."""
-    ends, P, D, places, curves = _parts(packed, mirror.index.size)
+    ends, P, D, places, curves = unpacked(packed, mirror.index.size)
     images = np.einsum("sr,akrc->aksc", mirror.matrix, curves)
     return frozen(np.concatenate([ends, P[mirror.index], D[mirror.index], places.ravel(), images.ravel()]))
 
 
 def _lengthened(packed: Vector, joints: int, count: int) -> Vector:
     """Pack the same with more pieces, which are never reached."""
-    ends, P, D, places, curves = _parts(packed, joints)
+    ends, P, D, places, curves = unpacked(packed, joints)
     used = int(np.sum(places[0] < FAR))
     more = count - used
     if more < 0:
@@ -222,13 +222,6 @@ def _lengthened(packed: Vector, joints: int, count: int) -> Vector:
     places = np.concatenate([places[:, :used], [np.full(more, FAR), np.ones(more)]], axis=1)
     curves = np.concatenate([curves[:, :used], np.zeros((2, more, joints, ORDER + 1))], axis=1)
     return frozen(np.concatenate([ends, P, D, places.ravel(), curves.ravel()]))
-
-
-def _parts(packed: Vector, joints: int) -> tuple[Vector, Vector, Vector, Matrix, NodeValues]:
-    """Ends, P, D, starts and half lengths (2, n), coefficients of angles and torques (2, n, joints, ORDER + 1)."""
-    ends, P, D, rest = np.split(packed, [2, 2 + joints, 2 + 2 * joints])
-    count = rest.size // (2 + 2 * joints * (ORDER + 1))
-    return ends, P, D, rest[: 2 * count].reshape(2, count), rest[2 * count :].reshape(2, count, joints, ORDER + 1)
 
 
 def _shares(arcs: Sequence[OrbitArc]) -> Vector:
