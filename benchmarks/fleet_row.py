@@ -9,7 +9,7 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from amble.analysis import monitors
-from amble.errors import AmbleError
+from amble.errors import AmbleError, CertificateError, NotSolvedError
 from amble.gait import Gait
 from amble.gait.files import save_gait
+from amble.residual import Residual, worst_first, worst_of_kinds
 from amble.robot import Robot, load_robot, symmetrized
 from amble.robot.loading import proposed_twins
 from amble.robot.natural_units import natural_units
@@ -29,6 +30,7 @@ from amble.stability import certify
 from amble.stability.disturbance import SETTLED
 from amble.stability.stabilize import stabilize
 from amble.synthesis import gait_problem, synthesize
+from amble.verification.residuals import CheckReport
 from amble.version import __version__
 from amble.workflow.specified import until_checked
 from benchmarks.robot_files import FILES
@@ -38,6 +40,9 @@ ASYMMETRIC = ("hyq",)
 
 CYCLES, CHANGE = 500, 1e-3
 """Of the walk, and of its start in lengths l and times sqrt(l / g)."""
+
+NAMED = 3
+"""Rows that failed of which a reason gives name, value and bound; of others it says how many."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,12 +143,12 @@ def computed(row: Row, folder: Path, whole: bool = True, tell: Callable[[Row], N
         problem = gait_problem(walker, row.gait, speed=speed)
         gait = synthesize(problem)
     except AmbleError as error:
-        return told(replace(row, status=_first(error)))
+        return told(replace(row, status=reason(error)))
     solver = gait.solver
     row = told(replace(row, status=solver.status, solved=True, iterations=solver.iterations, check="not done in time"))
     save_gait(gait, folder / f"{row.name}.json")
     checked = until_checked(problem, gait)
-    said = f"{checked.factor * problem.intervals} intervals" if checked.passed else "; ".join(_kinds(checked.report))
+    said = f"{checked.factor * problem.intervals} intervals" if checked.passed else _failed(checked.report)
     row = told(replace(row, check=said or "not computed", passed=checked.passed))
     save_gait(checked.gait, folder / f"{row.name}.json")
     return told(_walked(row, checked.gait, folder, told)) if whole and checked.passed else row
@@ -158,7 +163,7 @@ def _walked(row: Row, gait: Gait, folder: Path, told: Callable[[Row], Row]) -> R
         row = told(replace(row, stability="not certified in time"))
         certificate = certify(stable)
     except AmbleError as error:
-        return replace(row, stability=_first(error))
+        return replace(row, stability=reason(error))
     row = told(replace(row, stability=f"{certificate.radius:.3f}", certified=True, walk="not done in time"))
     units = natural_units(gait.robot, gait.robot.leg_length)
     start = certificate.state + units * perturbed(np.zeros(units.size), CHANGE, 0)
@@ -166,7 +171,7 @@ def _walked(row: Row, gait: Gait, folder: Path, told: Callable[[Row], Row]) -> R
         trace = simulate(stable, start, CYCLES)
         report = monitors(stable, trace)
     except AmbleError as error:
-        return replace(row, walk=_first(error))
+        return replace(row, walk=reason(error))
     sound = trace.completed and report.sound_from is not None and report.sound_from <= SETTLED
     reason = trace.ended if not trace.completed else "sound" if sound else "contacts are not sound"
     return replace(row, walk=f"{trace.cycles} cycles, {reason}", walked=sound)
@@ -182,20 +187,28 @@ def release(name: str) -> str:
     return f"{__version__} {robot(name).hash[:12]}"
 
 
-def _first(error: AmbleError) -> str:
-    return str(error).splitlines()[0]
+def reason(error: AmbleError) -> str:
+    """Say in a line why a row ended: the first line of the error, and every row that failed, worst first."""
+    first = str(error).splitlines()[0]
+    if not isinstance(error, CertificateError | NotSolvedError):
+        return first
+    failed = worst_first(row for row in error.rows if not row.passed)
+    return f"{first}: {_named(failed)}" if failed else first
 
 
-def _kinds(report: object) -> list[str]:
-    from amble.residual import worst_first
-    from amble.verification.residuals import CheckReport
+def _named(failed: Sequence[Residual]) -> str:
+    """Name the rows that failed, each with its value and the bound that it leaves; of many the first ones."""
+    told = [f"{row.name} is {row.value:.3g}, {_bound(row)}" for row in failed[:NAMED]]
+    return "; ".join(told if len(failed) <= NAMED else [*told, f"and {len(failed) - NAMED} more"])
 
-    if not isinstance(report, CheckReport):
-        return []
-    worst: dict[str, str] = {}
-    for failed in worst_first(report.failed):
-        worst.setdefault(failed.kind, f"{failed.kind} by {failed.violation:.1e}")
-    return list(worst.values())
+
+def _bound(row: Residual) -> str:
+    return f"at least {row.lower:.3g}" if not row.value >= row.lower else f"at most {row.upper:.3g}"
+
+
+def _failed(report: CheckReport | None) -> str:
+    """Name the worst row of every kind that fails a check."""
+    return "" if report is None else _named(list(worst_of_kinds(report.failed).values()))
 
 
 def main(arguments: list[str]) -> None:

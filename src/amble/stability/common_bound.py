@@ -163,7 +163,8 @@ def _descended(maps: Sequence[Matrix], start: Matrix) -> Matrix:
         seen = [_seen(root, matrix) for matrix in maps]
 
         def objective(flat: Vector, seen: Sequence[Matrix] = seen, exponent: int = exponent) -> tuple[float, Vector]:
-            return _moment(flat.reshape(size, size), seen, exponent)
+            value, pull, _ = smoothed_norm(flat.reshape(size, size), seen, exponent)
+            return value, pull.ravel()
 
         options = {"maxfun": EVALUATIONS, "maxiter": EVALUATIONS, "maxcor": 30}
         found = minimize(objective, np.eye(size).ravel(), jac=True, method="L-BFGS-B", options=options)
@@ -171,22 +172,32 @@ def _descended(maps: Sequence[Matrix], start: Matrix) -> Matrix:
     return np.asarray(root)
 
 
-def _moment(root: Matrix, maps: Sequence[Matrix], exponent: int) -> tuple[float, Vector]:
-    """Logarithm of the moment of all singular values of L A_i L^-1, with its slope in L.
+def smoothed_norm(root: Matrix, maps: Sequence[Matrix], exponent: int) -> tuple[float, Matrix, list[Matrix]]:
+    """Logarithm of the moment of all singular values of B_i = L A_i L^-1, no less than that of the largest norm.
 
-    With dL = X L the change of B = L A L^-1 is X B - B X.
+    With S_i its slope in B_i, that in A_i is L^T S_i L^-T, and that in L is sum_i (S_i B_i^T - B_i^T S_i) L^-T, since
+    dB_i = X B_i - B_i X with X = dL L^-1.
+
+    Args:
+        root: L, (m, m), with an inverse.
+        maps: A_i, (m, m) each.
+        exponent: p; the moment comes to the largest value as it grows.
+
+    Returns:
+        It, its slope in L, (m, m), and its slopes in A_i, (m, m) each.
     """
     seen = [_seen(root, matrix) for matrix in maps]
     parts = [np.linalg.svd(matrix) for matrix in seen]
     largest = max(float(values[0]) for _, values, _ in parts)
     if largest <= SMALLEST:
-        return float(np.log(SMALLEST)), np.zeros(root.size)
+        return float(np.log(SMALLEST)), np.zeros_like(root), [np.zeros_like(root) for _ in maps]
     powers = [(values / largest) ** (2 * exponent) for _, values, _ in parts]
     total = float(np.sum(powers))
-    pull = np.zeros_like(root)
+    pull, slopes = np.zeros_like(root), list[Matrix]()
     for matrix, (left, values, right), power in zip(seen, parts, powers, strict=True):
         inverse = np.divide(power, values, out=np.zeros_like(power), where=values > 0.0)
         slope = (left * (inverse / total)) @ right
         pull += slope @ matrix.T - matrix.T @ slope
-    value = np.log(largest) + np.log(total) / (2 * exponent)
-    return float(value), np.asarray(np.linalg.solve(root, pull.T).T.ravel())
+        slopes.append(root.T @ np.linalg.solve(root, slope.T).T)
+    value = float(np.log(largest) + np.log(total) / (2 * exponent))
+    return value, np.linalg.solve(root, pull.T).T, slopes

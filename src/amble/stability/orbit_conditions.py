@@ -52,7 +52,7 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
         ContactBounds.of_gait(gait, penetration=margin, drift=margin, touchdown=margin), torques={}, speeds={}
     )
     return (
-        *_entry_rows(gait, state),
+        *entry_rows(gait, state),
         *_duration_rows(gait, trace),
         *_speed_rows(gait, trace),
         *_ground_rows(gait, trace, margin),
@@ -62,8 +62,13 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
     )
 
 
-def _entry_rows(gait: Gait, state: Vector) -> list[Residual]:
-    """The recorded entry, and the start of the feedback, less the fixed point; lengths in l, time in sqrt(l / g)."""
+def entry_rows(gait: Gait, state: Vector) -> list[Residual]:
+    """Return the recorded entry, and the start of the feedback, less the fixed point; lengths in l, time in sqrt(l / g).
+
+    Args:
+        gait: the gait.
+        state: the fixed point at the entry of the first domain, (2 n_q,).
+    """
     first, names = gait.domains[0], gait.robot.coordinate_names
     units = natural_units(gait.robot, gait.robot.leg_length)
     starts = {"recorded entry": np.concatenate([first.positions[0], first.velocities[0]])}

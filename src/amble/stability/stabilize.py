@@ -12,18 +12,17 @@ from amble.defaults import METHOD, METHODS, Method
 from amble.errors import InputError, UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.progress import Progress, ProgressReport, silent
+from amble.stability.descent import improved
 from amble.stability.gain_search import GainSearch
 from amble.stability.nearest_gains import nearest_gains
 from amble.stability.search_start import NEAR, WHOLE, Descents, begin
-from amble.stability.weight_search import CHEAPEST, Closed, WeightSearch, least_bound
-from amble.types import Vector
-
-SHARES = (1.0, 0.25, 0.0625)
-"""Parts of the way to new weights that are tried."""
+from amble.stability.weight_search import CHEAPEST, Closed, WeightSearch
 
 TARGET, SMALLEST_GAIN = 0.95, 0.1
 """Spectral radius of a gait cycle above which more weights are freed, where nobody says which are, or gains changed;
 share of the bound that a descent has to gain for another to follow."""
+
+BELOW_ONE = float(np.nextafter(1.0, 0.0))
 
 FLAT = 1e-6
 """Slope, by the steepest, of weights that do not matter: those on outputs that are controlled anyway have none."""
@@ -145,6 +144,8 @@ def stabilization(
         return _result(search, there, steps, [reason], freed, began)
     while True:
         search, here = _descended(search, here, steps, reasons, began, notify, descents)
+        if here.radius <= TARGET:
+            search, here = _joined(search, here, steps, reasons, began, notify)
         if descents is NEAR and not here.contracts(TARGET):
             descents = WHOLE
             continue
@@ -152,7 +153,8 @@ def stabilization(
             break
         more = _steepest(search, here, freed)
         if not more:
-            if here.radius < 1.0 or search.price <= CHEAPEST:
+            search, here = _joined(search, here, steps, reasons, began, notify)
+            if here.contracts(BELOW_ONE) or search.price <= CHEAPEST:
                 break
             search = _cheaper(search, here, reasons, notify)
             continue
@@ -202,7 +204,7 @@ def _descended(
     refusals: list[str] = []
     reason = f"{descents.rounds} descents done"
     for _ in range(descents.rounds):
-        there = _improved(search, here, steps[0].radius, notify, refusals, descents.evaluations)
+        there = improved(search, here, steps[0].radius, notify, refusals, descents.evaluations)
         if there is None:
             reason = "no step reduces the bound any more"
             break
@@ -217,6 +219,26 @@ def _descended(
             break
         search = search.around(here)
     reasons.append("; ".join([reason, *(f"refused: {refusal}" for refusal in refusals)]))
+    return search, here
+
+
+def _joined(
+    search: WeightSearch, here: Closed, steps: list[Step], reasons: list[str], began: float, notify: Progress
+) -> tuple[WeightSearch, Closed]:
+    """Where every order of landing contracts by itself, descend until one W serves them all."""
+    refusals: list[str] = []
+    for _ in range(WHOLE.rounds):
+        if here.radius >= 1.0 or here.contracts(BELOW_ONE):
+            break
+        search = search.around(here)
+        there = improved(search, here, steps[0].radius, notify, refusals)
+        if there is None:
+            reasons[-1] += f"; one W for all orders of landing is not found, r = {here.bound:.4g}"
+            reasons[-1] += "".join(f"; refused: {refusal}" for refusal in refusals)
+            break
+        steps.append(_step(len(steps), there, here, began))
+        notify(_report(steps[-1]))
+        here = there
     return search, here
 
 
@@ -235,32 +257,6 @@ def _steepest(search: WeightSearch, here: Closed, freed: Sequence[str]) -> tuple
         (name for name in effect if name not in freed and effect[name] > least), key=lambda name: -effect[name]
     )
     return tuple(others[:FREED])
-
-
-def _improved(
-    search: WeightSearch,
-    here: Closed,
-    largest: float,
-    notify: Progress,
-    refusals: list[str],
-    evaluations: int,
-) -> Closed | None:
-    """Return a closed loop of smaller bound whose radius is at most ``largest``; None, and why not, where none is."""
-    try:
-        proposed = least_bound(search.evaluate, here.theta, notify, None, evaluations, search.price)
-    except WorkError as error:
-        refusals.append(str(error))
-        return None
-    for share in SHARES:
-        trial: Vector = here.theta + share * (proposed - here.theta)
-        try:
-            there = search.close(trial)
-        except (WorkError, InputError) as error:  # the closed loop fell, did not close, or has dependent outputs
-            refusals.append(str(error))
-            continue
-        if there.bound < here.bound and there.radius <= largest:
-            return there
-    return None
 
 
 def _step(number: int, there: Closed, before: Closed, began: float) -> Step:

@@ -12,6 +12,8 @@ from amble.gait import Gait
 from amble.gait.files import load_gait
 from amble.progress import Progress
 from amble.residual import worst_first
+from amble.stability.closed_loop_orbit import closed_loop_fixed_point
+from amble.stability.orbit_conditions import RECORD, entry_rows
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.refine import refine
 from amble.synthesis.specification import SolverSection, Specification, read_specification
@@ -24,6 +26,10 @@ logger = logging.getLogger("amble")
 
 FINEST = 4
 """Intervals of the finest mesh that is tried, for each one of the first."""
+
+NEAR_RECORD = 0.5 * RECORD
+"""How far a closed loop's own orbit may be from the record: half of what a certificate allows that of the stabilised
+one, which lies elsewhere."""
 
 SHIPPED = "astro-amble.toml"
 """The paper's amble."""
@@ -80,6 +86,9 @@ def until_checked(
     On a finer mesh the motion is kept first (``refine``), which mends what the mesh has wrong. Where a limit is still
     missed between the nodes, the problem is solved again from there.
 
+    A gait that passes goes onto a finer mesh as well where its closed loop's own orbit is further from what is recorded
+    than a certificate allows (``missed_orbit``), as the error of the mesh is magnified; it keeps the last that passes.
+
     Args:
         problem: the problem that the gait solves.
         gait: the gait.
@@ -90,24 +99,55 @@ def until_checked(
     """
     problem = replace(problem, outputs=gait.outputs)  # others than the problem's where those were singular
     found = first = _checked(gait, 1, progress)
-    while not found.passed and found.factor < FINEST:
-        factor = 2 * found.factor
+
+    def finer(known: Checked) -> Checked | None:
+        factor = 2 * known.factor
         try:
-            found = _checked(refine(problem, found.gait, 2, progress), factor, progress)
-            if not found.passed:
-                finer = replace(problem, intervals=factor * problem.intervals)
-                again = synthesize(finer, found.gait, tolerance, most_iterations, progress, solver=solver)
-                found = _checked(again, factor, progress)
+            found = _checked(refine(problem, known.gait, 2, progress), factor, progress)
+            if found.passed:
+                return found
+            denser = replace(problem, intervals=factor * problem.intervals)
+            again = synthesize(denser, found.gait, tolerance, most_iterations, progress, solver=solver)
+            return _checked(again, factor, progress)
         except WorkError as error:
             logger.warning("no gait was found on %d times the intervals: %s", factor, str(error).splitlines()[0])
+            return None
+
+    while not found.passed and found.factor < FINEST:
+        following = finer(found)
+        if following is None:
             break
+        found = following
     if not found.passed:
         logger.warning("the gait does not pass its check: %s", _what_fails(first))
         return first
+    why = "until the gait passed its check"
+    while found.factor < FINEST and missed_orbit(found.gait, progress) > NEAR_RECORD:
+        following = finer(found)
+        if following is None or not following.passed:
+            break
+        found, why = following, "until the closed loop's own orbit was the gait's"
     if found is not first:
         intervals = found.factor * problem.intervals
-        logger.warning("the mesh was made finer, to %d intervals a domain, until the gait passed its check", intervals)
+        logger.warning("the mesh was made finer, to %d intervals a domain, %s", intervals, why)
     return found
+
+
+def missed_orbit(gait: Gait, progress: Progress | None = None) -> float:
+    """Return how far the entry of a gait's closed loop on its own orbit is from the recorded one; lengths in l, times.
+
+    As a certificate measures it (``stability.orbit_conditions``), under the outputs of the gait problem; 0 where there
+    is no such orbit, which no finer mesh would mend.
+
+    Args:
+        gait: the gait.
+        progress: called after every Newton step.
+    """
+    try:
+        state = closed_loop_fixed_point(replace(gait, feedback=None, control=None), progress, one_order=True)[1].state
+    except WorkError:
+        return 0.0
+    return max(abs(row.value) for row in entry_rows(replace(gait, feedback=None), state))
 
 
 def _checked(gait: Gait, factor: int, progress: Progress | None) -> Checked:
