@@ -173,8 +173,8 @@ def _walked(row: Row, gait: Gait, folder: Path, told: Callable[[Row], Row]) -> R
     except AmbleError as error:
         return replace(row, walk=reason(error))
     sound = trace.completed and report.sound_from is not None and report.sound_from <= SETTLED
-    reason = trace.ended if not trace.completed else "sound" if sound else "contacts are not sound"
-    return replace(row, walk=f"{trace.cycles} cycles, {reason}", walked=sound)
+    end = trace.ended if not trace.completed else "sound" if sound else "contacts are not sound"
+    return replace(row, walk=f"{trace.cycles} cycles, {end}", walked=sound)
 
 
 def _processor_time() -> float:

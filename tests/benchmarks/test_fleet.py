@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from amble.errors import CertificateError, NotSolvedError, WorkError
 from amble.hybrid import FLAT, POINT
 from amble.hybrid.gaits import GAITS
+from amble.residual import Residual
 from amble.version import __version__
 from benchmarks import fleet, fleet_row, robot_files
 from benchmarks.fleet import in_process, resumed, rows, table
-from benchmarks.fleet_row import Row, robot
+from benchmarks.fleet_row import Row, reason, robot
 from benchmarks.robot_files import FILES
 
 
@@ -82,3 +84,19 @@ def test_the_hexapod_has_its_gait() -> None:
     pattern = GAITS["tripod"](robot("hexapod"), FLAT, POINT)
     assert pattern.mirrored
     assert [len(stance.feet) for stance in pattern.solved] == [3]
+
+
+def test_the_reason_of_a_refusal_names_the_rows_that_fail() -> None:
+    """Tables said '1 of 164 conditions fail'."""
+    rows = [Residual(f"row {number}", 0.0, 1.0 + number, 0.5) for number in range(4)]
+    held = Residual("held", -1.0, 0.0, 1.0)
+    assert reason(CertificateError([held, *rows[:1]])) == (
+        "no certificate: 1 of 2 conditions fail: row 0 is 1, at most 0.5"
+    )
+    assert reason(CertificateError([held, *rows])).endswith(
+        "4 of 5 conditions fail: row 3 is 4, at most 0.5; row 2 is 3, at most 0.5; row 1 is 2, at most 0.5; and 1 more"
+    )
+    assert reason(NotSolvedError("Infeasible", [Residual("knee", -1.0, -1.25, 1.0)])).endswith(
+        "Infeasible: knee is -1.25, at least -1"
+    )
+    assert reason(WorkError("said\nmore")) == "said"

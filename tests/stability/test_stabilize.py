@@ -219,7 +219,7 @@ def test_the_start_stands_where_no_step_is_accepted(walking_gait: Gait, monkeypa
         return replace(found, bound=found.bound + length)
 
     monkeypatch.setattr(WeightSearch, "close", close)
-    monkeypatch.setattr("amble.stability.stabilize.least_bound", lambda *_: np.full(WEIGHTS, 2.0 / np.sqrt(WEIGHTS)))
+    monkeypatch.setattr("amble.stability.descent.least_bound", lambda *_: np.full(WEIGHTS, 2.0 / np.sqrt(WEIGHTS)))
     with pytest.raises(NotStabilizedError, match=r"2\.32\d \(no step reduces .*; refused: the first refusal"):
         stabilization(walking_gait, free=FREE)
 
@@ -235,7 +235,7 @@ def test_a_step_of_larger_radius_than_the_start_is_not_taken(
         return replace(found, radius=0.6 if moved else 0.5, bound=0.7 if moved else 0.8)
 
     monkeypatch.setattr(WeightSearch, "close", close)
-    monkeypatch.setattr("amble.stability.stabilize.least_bound", lambda *_: np.full(WEIGHTS, 2.0 / np.sqrt(WEIGHTS)))
+    monkeypatch.setattr("amble.stability.descent.least_bound", lambda *_: np.full(WEIGHTS, 2.0 / np.sqrt(WEIGHTS)))
     found = stabilization(walking_gait)
     assert found.radius == found.initial == 0.5
     assert len(found.steps) == 1

@@ -11,12 +11,17 @@ import pytest
 
 from amble.errors import InputError
 from amble.gait import Gait
+from amble.residual import Residual
 from amble.synthesis import GaitProblem, synthesize
 from amble.synthesis.specification import SolverSection, read_specification
+from amble.verification.residuals import CheckReport
 from amble.workflow import specified
 from amble.workflow.specified import (
+    NEAR_RECORD,
+    Checked,
     GaitNotCheckedError,
     PosedProblem,
+    missed_orbit,
     pose,
     solve,
     synthesize_specification,
@@ -71,6 +76,29 @@ def test_a_mesh_is_made_finer_until_the_check_passes(
     assert found.factor == 2
     assert found.gait.domains[0].times.size == 2 * 8 + 1
     assert "to 8 intervals a domain, until the gait passed its check" in caplog.text
+    assert missed_orbit(found.gait) < min(NEAR_RECORD, missed_orbit(coarse))
+
+
+@pytest.mark.parametrize("passes", [True, False])
+def test_a_mesh_is_made_finer_until_the_orbit_is_the_recorded_one(
+    passes: bool, problem: GaitProblem, coarse: Gait, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Gaits that passed their check were stabilised and then refused: the error of the mesh had been magnified."""
+    finer = replace(coarse, speed=2.0 * coarse.speed)
+    missed = {coarse.speed: 2.0 * NEAR_RECORD, finer.speed: 0.5 * NEAR_RECORD}
+
+    def checked(gait: Gait, factor: int, _: object) -> Checked:
+        failed = () if passes or gait is coarse else (Residual("friction", 0.0, 0.7, 0.6, kind="friction"),)
+        return Checked(gait=gait, report=CheckReport(failed, 1, 1e-5), factor=factor)
+
+    monkeypatch.setattr(specified, "_checked", checked)
+    monkeypatch.setattr(specified, "missed_orbit", lambda gait, _: missed[gait.speed])
+    monkeypatch.setattr(specified, "synthesize", lambda *_, **__: finer)
+    monkeypatch.setattr(specified, "refine", lambda *_: finer)
+    found = until_checked(problem, coarse)
+    assert found.passed
+    assert found.gait is (finer if passes else coarse)
+    assert ("to 8 intervals a domain, until the closed loop's own orbit was the gait's" in caplog.text) == passes
 
 
 def test_what_no_mesh_mends_is_said(problem: GaitProblem, coarse: Gait, caplog: pytest.LogCaptureFixture) -> None:

@@ -63,7 +63,7 @@ def orbit_conditions(gait: Gait, system: HybridSystem, state: Vector) -> tuple[R
 
 
 def entry_rows(gait: Gait, state: Vector) -> list[Residual]:
-    """Return the recorded entry, and the start of the feedback, less the fixed point; lengths in l, time in sqrt(l / g).
+    """Return the recorded entry, and the feedback's start, less the fixed point; lengths in l, times in sqrt(l / g).
 
     Args:
         gait: the gait.

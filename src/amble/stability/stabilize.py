@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from amble.defaults import METHOD, METHODS, Method
-from amble.errors import InputError, UnknownNameError, WorkError
+from amble.errors import UnknownNameError, WorkError
 from amble.gait import Gait
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability.descent import improved
@@ -144,15 +144,12 @@ def stabilization(
         return _result(search, there, steps, [reason], freed, began)
     while True:
         search, here = _descended(search, here, steps, reasons, began, notify, descents)
-        if here.radius <= TARGET:
-            search, here = _joined(search, here, steps, reasons, began, notify)
         if descents is NEAR and not here.contracts(TARGET):
             descents = WHOLE
             continue
         if free is not None or here.contracts(TARGET):
             break
-        more = _steepest(search, here, freed)
-        if not more:
+        if not (more := _steepest(search, here, freed)):
             search, here = _joined(search, here, steps, reasons, began, notify)
             if here.contracts(BELOW_ONE) or search.price <= CHEAPEST:
                 break
@@ -219,7 +216,7 @@ def _descended(
             break
         search = search.around(here)
     reasons.append("; ".join([reason, *(f"refused: {refusal}" for refusal in refusals)]))
-    return search, here
+    return _joined(search, here, steps, reasons, began, notify) if here.radius <= TARGET else (search, here)
 
 
 def _joined(
