@@ -200,4 +200,4 @@ def smoothed_norm(root: Matrix, maps: Sequence[Matrix], exponent: int) -> tuple[
         pull += slope @ matrix.T - matrix.T @ slope
         slopes.append(root.T @ np.linalg.solve(root, slope.T).T)
     value = float(np.log(largest) + np.log(total) / (2 * exponent))
-    return value, np.linalg.solve(root, pull.T).T, slopes
+    return value, np.asarray(np.linalg.solve(root, pull.T).T), slopes

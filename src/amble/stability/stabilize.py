@@ -24,6 +24,9 @@ share of the bound that a descent has to gain for another to follow."""
 
 BELOW_ONE = float(np.nextafter(1.0, 0.0))
 
+TOGETHER = 8
+"""Descents of the bound of one W for all orders of landing, at most."""
+
 FLAT = 1e-6
 """Slope, by the steepest, of weights that do not matter: those on outputs that are controlled anyway have none."""
 
@@ -224,7 +227,7 @@ def _joined(
 ) -> tuple[WeightSearch, Closed]:
     """Where every order of landing contracts by itself, descend until one W serves them all."""
     refusals: list[str] = []
-    for _ in range(WHOLE.rounds):
+    for _ in range(TOGETHER):
         if here.radius >= 1.0 or here.contracts(BELOW_ONE):
             break
         search = search.around(here)
