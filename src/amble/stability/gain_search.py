@@ -20,10 +20,11 @@ from amble.gait.closed_loop import symmetries
 from amble.gait.control_law import Numbers, TorqueLaw
 from amble.robot.natural_units import natural_units
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point, own_feedback
+from amble.stability.collocation import fundamental
 from amble.stability.lyapunov import smoothed_radius
-from amble.stability.orbit import Orbit, sample_orbit
+from amble.stability.orbit import RULE, Orbit, sample_orbit
 from amble.stability.weight_search import LARGEST_DRIFT, TRACE, Closed, passages_of, radius_and_bound
-from amble.stability.weighted_map import Transport, along_orbit, around, forced_event, reduced, sandwiched, transported
+from amble.stability.weighted_map import Transport, around, forced_event, reduced, sandwiched
 from amble.types import Matrix, NodeValues, Vector
 
 if TYPE_CHECKING:
@@ -56,14 +57,13 @@ class GainMap:
     def gradient(self, outers: Sequence[Matrix]) -> Vector:
         """Return the gradient in the logarithms of the gains of a function with these slopes in ``matrices``."""
         found, orbit = np.zeros(self.values.size), self.search.orbit
-        for events, outer in zip(orbit.events, outers, strict=True):
-            both = around(orbit, events, self.transports)
-            for domain, sides, transport in zip(orbit.domains, both, self.transports, strict=True):
-                before, after = sandwiched(*sides, transport)
-                weights = np.einsum("kmj,mn,kxn->kjx", after, outer, before, optimize=True)
-                pulled = self.search.pulled(domain.name, self.packed[domain.name], weights)
-                for label, place in self.search.places[domain.name].items():
-                    found[self.search.labels.index(label)] += pulled[place]
+        sides = around(orbit, self.transports, outers)
+        for domain, transport, (rows, jumps) in zip(orbit.domains, self.transports, sides, strict=True):
+            before, after = sandwiched(transport, rows, jumps)
+            weights = (before @ after).transpose(0, 2, 1)
+            pulled = self.search.pulled(domain.name, self.packed[domain.name], weights)
+            for label, place in self.search.places[domain.name].items():
+                found[self.search.labels.index(label)] += pulled[place]
         return found * self.values
 
     def conditioning(self) -> tuple[float, Vector]:
@@ -211,12 +211,14 @@ class GainSearch:
 
 def _transport(name: str, orbit: Orbit, packed: Vector) -> Transport:
     domain = next(entry for entry in orbit.domains if entry.name == name)
-    jacobian, response = along_orbit(domain, packed)
-    size = jacobian.shape[-1]
-    found = transported(domain, jacobian, response, np.broadcast_to(np.eye(size), (len(jacobian), size, size)))
-    if domain.lift_off is None:
-        return found
-    return replace(found, lift_off=forced_event(domain, domain.lift_off, packed, np.eye(size)))
+    jacobian, response = domain.along(packed)
+    identity, left = np.eye(jacobian.shape[-1]), domain.lift_off
+    return Transport(
+        solution=fundamental(RULE, domain.duration, jacobian),
+        response=response,
+        error=np.broadcast_to(identity, jacobian.shape),
+        lift_off=None if left is None else forced_event(domain, left, packed, identity),
+    )
 
 
 def _sampled(

@@ -7,44 +7,26 @@ and that of a guard that is a force, since feedback acts on the forces.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from numpy.polynomial import legendre
 
 from amble.control.closed_loop import StanceLoop
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.hybrid.system import numeric
+from amble.simulation.bound import Bound, bind
+from amble.stability.collocation import GaussRule, fundamental
 from amble.stability.derivatives import slopes
 from amble.stability.monodromy import Monodromy, event_factor
 from amble.types import Matrix, NodeValues, Vector
 
-PANELS = 12
-STAGES = 5
-"""Gauss-Legendre collocation: 12 panels of order 10 a domain reproduce the adaptive monodromy to about 1e-9."""
+RULE = GaussRule.of(5)
 
-
-@dataclass(frozen=True)
-class GaussRule:
-    """Gauss-Legendre collocation on [0, 1]: nodes (s,), quadrature weights (s,), Butcher matrix (s, s)."""
-
-    nodes: Vector
-    weights: Vector
-    integration: Matrix
-
-    @classmethod
-    def of(cls, stages: int) -> GaussRule:
-        """Build the rule with s nodes, of order 2 s."""
-        roots, halves = legendre.leggauss(stages)
-        nodes = 0.5 * (roots + 1.0)
-        powers = np.arange(1, stages + 1)
-        integration = (nodes[:, None] ** powers / powers) @ np.linalg.inv(nodes[:, None] ** (powers - 1))
-        return cls(nodes, 0.5 * halves, integration)
-
-
-RULE = GaussRule.of(STAGES)
+PANELS, AGREES = (4, 6, 8, 12, 16, 24), 1e-7
+"""Numbers of panels that are tried in a domain: as few as reproduce the adaptive derivative to this share of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,6 +75,20 @@ class DomainOrbit:
     event: Matrix
     variation: ca.Function
     lift_off: LiftOff | None = None
+
+    def along(self, parameters: Vector) -> list[NodeValues]:
+        """Return the results of ``variation`` at all Gauss nodes for the parameters of a feedback, (k, rows, columns)."""
+        self._bound.parameters[:] = parameters
+        count, size = self.clock.size, self.states.shape[-1]
+        found = self._bound.along(self.clock.ravel(), self.states.reshape(count, size))
+        return [
+            flat.reshape(count, *reversed(self.variation.size_out(number))).transpose(0, 2, 1)
+            for number, flat in enumerate(found)
+        ]
+
+    @functools.cached_property
+    def _bound(self) -> Bound:
+        return bind(self.variation, np.zeros(self.variation.numel_in(2)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,40 +154,41 @@ def _sampled(
         transition = leaving[name]
         domain = system.domain(transition.source)
         if domain.name in loops:
-            found, before = _followed(domain, transition, duration, entry, loops[domain.name])
+            found, before = _followed(domain, transition, entry, loops[domain.name], (duration, factor))
             domains.append(found)
-            entry = numeric(transition.reset(duration, before, domain.parameters))
         else:
             domains[-1] = replace(domains[-1], event=factor @ domains[-1].event)
             before = entry + duration * numeric(domain.field(0.0, entry, domain.parameters))
-            entry = numeric(transition.reset(duration, before, domain.parameters))
+        entry = numeric(transition.reset(duration, before, domain.parameters))
     return domains
 
 
 def _followed(
-    domain: Domain, transition: Transition, duration: float, entry: Vector, loop: StanceLoop
+    domain: Domain, transition: Transition, entry: Vector, loop: StanceLoop, known: tuple[float, Matrix]
 ) -> tuple[DomainOrbit, Vector]:
-    """Sample one domain; returns also the state before its event."""
+    """Sample one domain, of which duration and derivative are known; returns also the state before its event."""
     from scipy.integrate import solve_ivp
 
-    clock = duration * (np.arange(PANELS)[:, None] + RULE.nodes) / PANELS
-
-    def rate(t: float, x: Vector) -> Vector:
-        return numeric(domain.field(t, x, domain.parameters))
-
+    (duration, factor), field = known, bind(domain.field, domain.parameters)
     motion = solve_ivp(
-        rate, (0.0, duration), entry, "DOP853", np.append(clock.ravel(), duration), rtol=1e-12, atol=1e-12
+        lambda t, x: field(t, x)[0], (0.0, duration), entry, "DOP853", dense_output=True, rtol=1e-12, atol=1e-12
     )
     before = motion.y[:, -1]
-    orbit = DomainOrbit(
-        name=domain.name,
-        duration=duration,
-        clock=clock,
-        states=motion.y[:, :-1].T.reshape(PANELS, STAGES, entry.size),
-        event=event_factor(domain, transition, duration, before),
-        variation=loop.variation,
-        lift_off=None if loop.push is None else _lift_off(domain, transition, duration, before, loop.push),
-    )
+    event = event_factor(domain, transition, duration, before)
+    for panels in PANELS:
+        clock = duration * (np.arange(panels)[:, None] + RULE.nodes) / panels
+        orbit = DomainOrbit(
+            name=domain.name,
+            duration=duration,
+            clock=clock,
+            states=motion.sol(clock.ravel()).T.reshape(*clock.shape, entry.size),
+            event=event,
+            variation=loop.variation,
+            lift_off=None if loop.push is None else _lift_off(domain, transition, duration, before, loop.push),
+        )
+        whole = fundamental(RULE, duration, orbit.along(domain.parameters)[0]).whole
+        if np.linalg.norm(event @ whole - factor) <= AGREES * np.linalg.norm(factor):
+            break
     return orbit, before
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from amble.control.virtual_constraints import repacked
-from amble.simulation.bound import bind
-from amble.stability.orbit import PANELS, RULE, STAGES, DomainOrbit, LiftOff, Orbit
+from amble.stability.collocation import Fundamental, fundamental
+from amble.stability.orbit import RULE, DomainOrbit, LiftOff, Orbit
 from amble.types import Matrix, NodeValues, Vector
 
 
@@ -53,27 +53,19 @@ class Weighting:
 
 @dataclass(frozen=True, kw_only=True)
 class Transport:
-    """Fundamental solutions of one domain for given weights.
+    """What one domain does to deviations for given weights.
 
     Attributes:
-        whole: Phi(T, 0), (n_x, n_x).
-        until: Phi(t_k, 0) at all Gauss nodes, (k, n_x, n_x).
-        within: Phi from the beginning of every panel to its nodes, (panels, stages, n_x, n_x).
-        across: Phi across every panel, (panels, n_x, n_x).
+        solution: fundamental solution Phi.
         response: K at the nodes, (k, n_q, n_y).
         error: E at the nodes, (k, n_a, n_x).
-        measure: quadrature weights over time, (k,), s.
         lift_off: what the feedback makes of an event whose guard is a force; None where it is a gap.
         weights: H, (n_y, n_a); empty where feedback has none.
     """
 
-    whole: Matrix
-    until: NodeValues
-    within: NodeValues
-    across: NodeValues
+    solution: Fundamental
     response: NodeValues
     error: NodeValues
-    measure: Vector
     lift_off: ForcedEvent | None = None
     weights: Matrix = field(default_factory=lambda: np.empty((0, 0)))
 
@@ -123,15 +115,13 @@ class WeightedMap:
         On the orbit d field / d x changes by -K dH E, a matrix of rank one for one weight, so
         dPhi(T, 0) = - int Phi(T, t) [0; K] dH E Phi(t, 0) dt; the slope of a force that ends a domain changes alike.
         """
-        total = np.zeros(self.weighting.size)
-        for events, outer in zip(self.orbit.events, outers, strict=True):
-            collected = {}
-            both = around(self.orbit, events, self.transports)
-            for domain, sides, transport in zip(self.orbit.domains, both, self.transports, strict=True):
-                before, after = sandwiched(*sides, transport)
-                collected[domain.name] = -np.einsum("kmr,mn,kcn->rc", after, outer, before, optimize=True)
-            total += self.weighting.gather(collected)
-        return total
+        slopes = {}
+        sides = around(self.orbit, self.transports, outers)
+        for domain, transport, (rows, jumps) in zip(self.orbit.domains, self.transports, sides, strict=True):
+            before, after = sandwiched(transport, rows, jumps)
+            columns = before.transpose(1, 0, 2).reshape(before.shape[1], -1)
+            slopes[domain.name] = -(columns @ after.reshape(-1, after.shape[2])).T
+        return self.weighting.gather(slopes)
 
     def conditioning(self) -> tuple[float, Vector]:
         """Return how near the outputs come to what no torque can decouple, and its gradient in theta.
@@ -149,29 +139,39 @@ class WeightedMap:
                 continue
             response = transport.response[:, -mask.shape[1] :, :]  # of y_a, the last coordinates
             follows = response @ transport.weights
-            size = float(np.einsum("kij,kij->", follows, follows))
+            size = float(np.sum(follows**2))
             total += np.log(size / (len(follows) * mask.shape[0])) / len(self.transports)
             missing = np.eye(mask.shape[1]) - follows
-            slope = np.einsum("kir,kij,kcj->rc", response, follows, missing, optimize=True)
+            slope = np.sum(response.transpose(0, 2, 1) @ follows @ missing.transpose(0, 2, 1), axis=0)
             slopes[domain.name] = 2.0 / (size * len(self.transports)) * slope
         return total, self.weighting.gather(slopes)
 
 
-def around(
-    orbit: Orbit, events: Sequence[Matrix], transports: Sequence[Transport]
-) -> list[tuple[Matrix, Matrix, Matrix]]:
-    """Return what stands left of E_d Phi_d in the product dual E_D Phi_D ... E_1 Phi_1 basis, E_d, and what right."""
-    happened = _happened(events, transports)
-    factors = [event @ t.whole for event, t in zip(happened, transports, strict=True)]
-    found = []
-    for index, event in enumerate(happened):
-        left, right = orbit.dual, orbit.basis
-        for later in reversed(factors[index + 1 :]):
-            left = left @ later
-        for earlier in factors[:index]:
-            right = earlier @ right
-        found.append((left, event, right))
-    return found
+def around(orbit: Orbit, transports: Sequence[Transport], outers: Sequence[Matrix]) -> list[tuple[Matrix, Matrix]]:
+    """Return of every domain P, (n_x, n_x), with which trace(P dPhi) is the change of a function of the maps.
+
+    With the map left E Phi right of an order of landing and the function's slope G in it P = right G^T left E, summed
+    over the orders. The second matrix is the same without E: a change of E weighs so much.
+
+    Args:
+        orbit: the orbit.
+        transports: one a domain.
+        outers: slopes of the function in the maps of all orders, (m, m) each.
+    """
+    sides = [[np.zeros_like(t.solution.whole) for _ in range(2)] for t in transports]
+    for events, outer in zip(orbit.events, outers, strict=True):
+        happened = _happened(events, transports)
+        factors = [event @ t.solution.whole for event, t in zip(happened, transports, strict=True)]
+        lefts = [orbit.dual]
+        for later in reversed(factors[1:]):
+            lefts.append(lefts[-1] @ later)
+        right = orbit.basis
+        for event, factor, left, (rows, jumps) in zip(happened, factors, reversed(lefts), sides, strict=True):
+            weighed = right @ outer.T @ left
+            rows += weighed @ event
+            jumps += weighed
+            right = factor @ right
+    return [(rows, jumps) for rows, jumps in sides]
 
 
 def _happened(events: Sequence[Matrix], transports: Sequence[Transport]) -> list[Matrix]:
@@ -185,7 +185,7 @@ def reduced(orbit: Orbit, transports: Sequence[Transport]) -> tuple[Matrix, ...]
     for events in orbit.events:
         total = orbit.basis
         for event, transport in zip(_happened(events, transports), transports, strict=True):
-            total = event @ (transport.whole @ total)
+            total = event @ (transport.solution.whole @ total)
         matrices.append(orbit.dual @ total)
     return tuple(matrices)
 
@@ -202,12 +202,18 @@ def weighted_map(orbit: Orbit, weighting: Weighting, theta: Vector) -> WeightedM
 def _transport(domain: DomainOrbit, packed: Vector, weights: Matrix) -> Transport:
     parameters = repacked(packed, weights)
     inverse = np.asarray(np.linalg.pinv(weights), dtype=np.float64)
-    jacobian, response, error = along_orbit(domain, parameters)
-    found = replace(transported(domain, jacobian, response @ inverse, error), weights=weights)
-    if domain.lift_off is None:
-        return found
-    before = domain.variation(domain.duration, domain.lift_off.state, parameters)[2]
-    return replace(found, lift_off=forced_event(domain, domain.lift_off, parameters, np.asarray(before), inverse))
+    jacobian, response, error = domain.along(parameters)
+    forced = None
+    if domain.lift_off is not None:
+        before = domain.variation(domain.duration, domain.lift_off.state, parameters)[2]
+        forced = forced_event(domain, domain.lift_off, parameters, np.asarray(before), inverse)
+    return Transport(
+        solution=fundamental(RULE, domain.duration, jacobian),
+        response=response @ inverse,
+        error=error,
+        lift_off=forced,
+        weights=weights,
+    )
 
 
 def forced_event(
@@ -231,79 +237,21 @@ def forced_event(
     )
 
 
-def along_orbit(domain: DomainOrbit, parameters: Vector) -> list[NodeValues]:
-    """Return the results of ``DomainOrbit.variation`` at all Gauss nodes, (k, rows, columns) each."""
-    size, count = domain.states.shape[-1], PANELS * STAGES
-    found = bind(domain.variation, parameters).along(domain.clock.ravel(), domain.states.reshape(count, size))
-    return [
-        flat.reshape(count, *reversed(domain.variation.size_out(number))).transpose(0, 2, 1)
-        for number, flat in enumerate(found)
-    ]
+def sandwiched(transport: Transport, rows: Matrix, jumps: Matrix) -> tuple[NodeValues, NodeValues]:
+    """Return B_k = E Phi(t_k, 0), (k, n_a, n_x), and A_k, (k, n_x, n_y), of one domain.
 
+    Where feedback changes by dU_k, so that the field's lower rows change by K dU_k E, trace(rows dPhi + jumps dE) is
+    sum_k trace(B_k A_k dU_k). A lift-off is one node more.
 
-def transported(domain: DomainOrbit, jacobian: NodeValues, response: NodeValues, error: NodeValues) -> Transport:
-    """Solve Phi' = F(t) Phi by Gauss collocation, all panels at once; F is ``jacobian``, the rest goes along."""
-    size, count = domain.states.shape[-1], PANELS * STAGES
-    step = domain.duration / PANELS
-    fields = jacobian.reshape(PANELS, STAGES, size, size)
-    inner = _collocated(step, fields)
-    across = np.eye(size) + step * np.einsum("s,psab,psbc->pac", RULE.weights, fields, inner, optimize=True)
-    whole, until = np.eye(size), np.empty_like(inner)
-    for panel in range(PANELS):
-        until[panel] = inner[panel] @ whole
-        whole = across[panel] @ whole
-    return Transport(
-        whole=whole,
-        until=until.reshape(count, size, size),
-        within=inner,
-        across=across,
-        response=response,
-        error=error,
-        measure=np.tile(step * RULE.weights, PANELS),
-    )
-
-
-def _collocated(step: float, fields: NodeValues) -> NodeValues:
-    """Solve Z_i = 1 + h sum_j A_ij F_j Z_j in every panel, (panels, stages, n_x, n_x).
-
-    The positions' rows of F are [0 1], so the velocities' rows of Z remain: with F_j = [0 1; L_j D_j]
-    V_i - sum_j (h A_ij D_j + h^2 sum_k A_ik A_kj L_k) V_j = [0 1] + h sum_j A_ij L_j [1 0].
+    Args:
+        transport: of the domain.
+        rows: P, as of ``around``.
+        jumps: the same without the event.
     """
-    panels, stages, size, _ = fields.shape
-    half, rule = size // 2, step * RULE.integration
-    stiffness, damping = fields[:, :, half:, :half], fields[:, :, half:, half:]
-    twice = np.einsum("ik,kj->ijk", rule, rule).reshape(-1, stages)  # over k, for every pair of stages
-    blocks = (twice @ stiffness.reshape(panels, stages, -1)).reshape(panels, stages, stages, half, half)
-    blocks += rule[:, :, None, None] * damping[:, None]
-    system = np.eye(stages * half) - blocks.transpose(0, 1, 3, 2, 4).reshape(panels, stages * half, -1)
-    right = np.zeros((panels, stages, half, size))
-    right[..., :half] = (rule @ stiffness.reshape(panels, stages, -1)).reshape(stiffness.shape)
-    right[..., half:] = np.eye(half)
-    found = np.empty_like(fields)
-    found[:, :, half:] = np.linalg.solve(system, right.reshape(panels, -1, size)).reshape(right.shape)
-    found[:, :, :half] = np.eye(half, size) + (rule @ found[:, :, half:].reshape(panels, stages, -1)).reshape(
-        right.shape
-    )
-    return found
-
-
-def sandwiched(left: Matrix, event: Matrix, right: Matrix, transport: Transport) -> tuple[NodeValues, NodeValues]:
-    """Return E Phi(t_k, 0) right, (k, n_a, m), and left E_d Phi(T, t_k) [0; K] times measure, (k, m, n_y).
-
-    The sum of their products is minus the slope of the whole product in the weights. A lift-off is one node more.
-    Phi(T, t_k) goes back panel by panel, so that modes that die out within a domain do no harm.
-    """
-    before = transport.error @ (transport.until @ right)
-    half, size = transport.response.shape[1], transport.whole.shape[0]
-    onward, rows = np.empty((PANELS, STAGES, *left.shape)), left @ event
-    for panel in reversed(range(PANELS)):
-        rows = rows @ transport.across[panel]
-        backward = transport.within[panel].transpose(0, 2, 1)
-        onward[panel] = np.linalg.solve(backward, np.broadcast_to(rows.T, (STAGES, *rows.T.shape))).transpose(0, 2, 1)
-    after = onward.reshape(PANELS * STAGES, -1, size)[:, :, half:] @ transport.response
-    after *= transport.measure[:, None, None]
+    before = transport.error @ transport.solution.until
+    after = transport.solution.pulled(rows) @ transport.response
     forced = transport.lift_off
     if forced is None:
         return before, after
-    last = forced.error @ (transport.whole @ right), -np.outer(left @ forced.jump, forced.push)
+    last = forced.error @ transport.solution.whole, -np.outer(jumps @ forced.jump, forced.push)
     return np.concatenate([before, last[0][None]]), np.concatenate([after, last[1][None]])

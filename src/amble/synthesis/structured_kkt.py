@@ -13,6 +13,7 @@ from typing import Any
 
 from amble.codegen.c_file import built
 from amble.errors import printable
+from amble.numerics.blas import addresses
 from amble.synthesis.elimination import NotSquareError
 from amble.synthesis.kkt_plan import build_plan
 from amble.synthesis.kkt_structures import KeptPlan, Plan
@@ -159,21 +160,4 @@ def _blas() -> _Blas:
     library = loaded_blas()
     if library is not None and all(hasattr(library, f"{name}_") for name in names):
         return _Blas(*[ctypes.cast(getattr(library, f"{name}_"), ctypes.c_void_p).value for name in names])
-    from importlib import import_module
-
-    return _Blas(
-        *[
-            _pointer(import_module(f"scipy.linalg.{module}").__pyx_capi__[name])
-            for module, group in ROUTINES.items()
-            for name in group
-        ]
-    )
-
-
-def _pointer(capsule: Any) -> int | None:
-    """Address of a function that Cython exports."""
-    name, address = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
-    name.restype, name.argtypes = ctypes.c_char_p, [ctypes.py_object]
-    address.restype, address.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
-    found = address(capsule, name(capsule))
-    return None if found is None else int(found)
+    return _Blas(*addresses(ROUTINES))
