@@ -155,6 +155,12 @@ def compiler() -> Compiler | None:
         if not isinstance(found, Compiler):
             raise InputError(f"AMBLE_COMPILER names '{wanted}', which {found or 'is not a program that runs'}")
         return found
+    return _first(os.environ.get("PATH"))
+
+
+@functools.cache
+def _first(_: str | None) -> Compiler | None:
+    """Return the first candidate on the path, as which the environment has it; looked up a thousand times."""
     for candidate in CANDIDATES:
         path = shutil.which(candidate)
         found = _identify(path) if path else None

@@ -34,7 +34,7 @@ DOUBLINGS = 60
 """Terms of (1) up to k = 2^60: whatever converges in floating point at all."""
 
 DIVERGED = 1e30
-ROOT_TOLERANCE = 1e-12
+ROOT_TOLERANCE, MOST_STEPS = 1e-12, 100
 ROUNDING = 1e-9
 
 BOUND_TRACE = 1e4
@@ -72,8 +72,6 @@ def smoothed_radius(matrix: Matrix, trace: float) -> SmoothedRadius:
     Raises:
         InputError: A is zero or not finite, or c is not above its size.
     """
-    from scipy.optimize import brentq
-
     size, frobenius = len(matrix), float(np.linalg.norm(matrix))
     if not 0.0 < frobenius < np.inf:
         raise InputError("the smoothed spectral radius is that of a finite matrix which is not zero")
@@ -84,17 +82,49 @@ def smoothed_radius(matrix: Matrix, trace: float) -> SmoothedRadius:
     low = max(radius / np.sqrt(1.0 - 1.0 / trace), frobenius / np.sqrt(trace - size))
     high = float(np.linalg.norm(matrix, 2)) / np.sqrt(1.0 - size / trace)
 
-    def short(trial: float) -> float:  # 1 / trace is nearly linear at the radius, and zero where the sum diverges
-        return 1.0 / trace - 1.0 / float(np.trace(accumulated(matrix / trial)))
-
-    give = ROUNDING  # eigenvalues of a matrix far from normal have an error; the lower end gives way by more
-    while short(low) <= 0.0:
-        low *= 1.0 - give
-        give *= 4.0
-    found = float(brentq(short, low, high * (1.0 + ROUNDING), xtol=low * ROOT_TOLERANCE, rtol=ROOT_TOLERANCE))
-    metric, dual = accumulated(matrix / found), accumulated(matrix.T / found)
+    lower, upper, trial = 0.0, high * (1.0 + ROUNDING), float(low)
+    for _ in range(MOST_STEPS):
+        metric, dual = _accumulated_both(matrix / trial)
+        step = _newton_step(metric, dual, trace)
+        if abs(step) <= ROOT_TOLERANCE:
+            break
+        lower, upper = (trial, upper) if step > 0.0 else (lower, trial)
+        ahead = trial * float(np.exp(step))
+        trial = ahead if lower < ahead < upper else float(np.sqrt(max(lower, 0.25 * trial) * upper))
     pull = metric @ matrix @ dual
-    return SmoothedRadius(found, metric, pull / float(np.sum(pull * matrix)))
+    return SmoothedRadius(trial, metric, pull / float(np.sum(pull * matrix)))
+
+
+def _newton_step(metric: Matrix, dual: Matrix, trace: float) -> float:
+    """Return by how much log s has to change for trace W = c; infinite where the sum (1) diverges.
+
+    With <P, W> = sum_k (k + 1) |A^k / s^k|^2 the slope of log trace W in log s is -2 (<P, W> / trace W - 1). The
+    logarithm is convex, so that from below its step falls short; near the radius 1 / trace is nearly linear in 1 / s^2,
+    whose step is longer there.
+    """
+    size = float(np.trace(metric))
+    if not np.isfinite(size):
+        return float("inf")
+    fall, missed = 2.0 * (float(np.sum(metric * dual)) / size - 1.0), size / trace
+    shrunk = 1.0 - 2.0 * (missed - 1.0) / fall
+    by_pole = -0.5 * float(np.log(shrunk)) if shrunk > 0.0 else float("inf")
+    return max(by_pole, float(np.log(missed)) / fall) if missed > 1.0 else by_pole
+
+
+def _accumulated_both(matrix: Matrix) -> tuple[Matrix, Matrix]:
+    """Return W = sum_k (B^k)^T B^k and P = sum_k B^k (B^k)^T, as ``accumulated`` does."""
+    metric, dual, power = np.eye(len(matrix)), np.eye(len(matrix)), matrix
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(DOUBLINGS):
+            terms = power.T @ metric @ power, power @ dual @ power.T
+            metric, dual = metric + terms[0], dual + terms[1]
+            sizes = np.trace(metric), np.trace(dual)
+            if not max(sizes) < DIVERGED:
+                return np.full_like(metric, np.inf), np.full_like(metric, np.inf)
+            if max(np.trace(terms[0]), np.trace(terms[1])) <= EPSILON * min(sizes):
+                break
+            power = power @ power
+    return 0.5 * (metric + metric.T), 0.5 * (dual + dual.T)
 
 
 def accumulated(matrix: Matrix) -> Matrix:

@@ -77,7 +77,7 @@ class DomainOrbit:
     lift_off: LiftOff | None = None
 
     def along(self, parameters: Vector) -> list[NodeValues]:
-        """Return the results of ``variation`` at all Gauss nodes for the parameters of a feedback, (k, rows, columns)."""
+        """Return the results of ``variation`` at all Gauss nodes under some feedback, (k, rows, columns) each."""
         self._bound.parameters[:] = parameters
         count, size = self.clock.size, self.states.shape[-1]
         found = self._bound.along(self.clock.ravel(), self.states.reshape(count, size))

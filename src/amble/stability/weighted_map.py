@@ -158,7 +158,7 @@ def around(orbit: Orbit, transports: Sequence[Transport], outers: Sequence[Matri
         transports: one a domain.
         outers: slopes of the function in the maps of all orders, (m, m) each.
     """
-    sides = [[np.zeros_like(t.solution.whole) for _ in range(2)] for t in transports]
+    sides = [(np.zeros_like(t.solution.whole), np.zeros_like(t.solution.whole)) for t in transports]
     for events, outer in zip(orbit.events, outers, strict=True):
         happened = _happened(events, transports)
         factors = [event @ t.solution.whole for event, t in zip(happened, transports, strict=True)]
@@ -166,12 +166,12 @@ def around(orbit: Orbit, transports: Sequence[Transport], outers: Sequence[Matri
         for later in reversed(factors[1:]):
             lefts.append(lefts[-1] @ later)
         right = orbit.basis
-        for event, factor, left, (rows, jumps) in zip(happened, factors, reversed(lefts), sides, strict=True):
-            weighed = right @ outer.T @ left
-            rows += weighed @ event
-            jumps += weighed
+        for event, factor, left, weighed in zip(happened, factors, reversed(lefts), sides, strict=True):
+            share = right @ outer.T @ left
+            weighed[0][:] += share @ event
+            weighed[1][:] += share
             right = factor @ right
-    return [(rows, jumps) for rows, jumps in sides]
+    return sides
 
 
 def _happened(events: Sequence[Matrix], transports: Sequence[Transport]) -> list[Matrix]:
