@@ -77,3 +77,24 @@ def test_a_poor_guess_is_damped() -> None:
     poor, good = (simplest_walker.find_orbit(walker, guess)[0] for guess in ((0.22, -0.215), simplest_walker.LONG_STEP))
     assert poor.state == pytest.approx(good.state, abs=1e-9)
     assert list(poor.history) == sorted(poor.history, reverse=True)
+
+
+def test_a_residual_that_no_step_reduces_may_be_enough() -> None:
+    """x + x^2 + 5e-10 has no fixed point, and nothing nearer to one than a residual of 5e-10, its slope there 1."""
+    t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 1), ca.SX.sym("p", 0)
+    names = ["t", "x", "p"], ["r"]
+    passing = Transition(
+        source="rest",
+        target="rest",
+        guard=ca.Function("guard", [t, x, p], [t - 1], *names),
+        reset=ca.Function("reset", [t, x, p], [x + x**2 + 5e-10], *names),
+        direction=1,
+    )
+    resting = Domain(name="rest", field=ca.Function("field", [t, x, p], [0 * x], *names))
+    system = HybridSystem([resting], [passing], (), ("x",))
+    for enough in (0.0, 4e-10):
+        with pytest.raises(NotSolvedError, match="no Newton step reduces the residual"):
+            fixed_point(system, np.array([0.01]), enough=enough)
+    found = fixed_point(system, np.array([0.01]), enough=1e-9)
+    assert 5e-10 <= found.residual * (1.0 + 1e-6)
+    assert found.residual <= 1e-9

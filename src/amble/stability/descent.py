@@ -16,11 +16,11 @@ from amble.progress import Progress, ProgressReport
 from amble.stability.common_bound import common_bound, smoothed_norm
 from amble.stability.weight_search import (
     MEMORY,
-    SIZE_PENALTY_IN_ORDERS,
     Closed,
     ParametrisedMap,
     WeightSearch,
     least_bound,
+    size_penalty,
 )
 from amble.types import Vector
 
@@ -52,7 +52,7 @@ def least_common_bound(
     """
     from scipy.optimize import minimize
 
-    count, done = theta.size, 0
+    count, done, penalty = theta.size, 0, size_penalty(price)
 
     def objective(trial: Vector) -> tuple[float, Vector]:
         nonlocal done
@@ -66,8 +66,8 @@ def least_common_bound(
             )
         strain, steeper = here.conditioning()
         weights = trial[:count]
-        slope = here.gradient(slopes) + price * steeper + 2.0 * SIZE_PENALTY_IN_ORDERS * weights
-        total = value + price * strain + SIZE_PENALTY_IN_ORDERS * float(weights @ weights)
+        slope = here.gradient(slopes) + price * steeper + 2.0 * penalty * weights
+        total = value + price * strain + penalty * float(weights @ weights)
         return total, np.concatenate([slope, (pull @ root.T).ravel()])
 
     options = {"maxfun": evaluations, "maxcor": MEMORY}

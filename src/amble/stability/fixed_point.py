@@ -101,6 +101,8 @@ def fixed_point(
     progress: Progress | None = None,
     cycles: int = 1,
     max_step: float | None = None,
+    *,
+    enough: float = 0.0,
 ) -> FixedPoint:
     """Find a fixed point of the Poincare map by damped Newton with the monodromy matrix.
 
@@ -115,6 +117,8 @@ def fixed_point(
         progress: called after every step.
         cycles: after which the orbit closes.
         max_step: the longest time between two event samples, s (``simulate``).
+        enough: residual that counts as solved, though above the accuracy, where no Newton step reduces it: beside a
+            multiplier of nearly 1 the state is determined by less than the map's own error.
 
     Raises:
         FallError: where the motion from the guess does not come back.
@@ -144,7 +148,7 @@ def fixed_point(
         if solved or trial is None:
             status = "no Newton step reduces the residual"
             break
-    if current.size <= accuracy:
+    if current.size <= accuracy or (trial is None and current.size <= enough):
         status = _no_orbit(system, current, evaluate, accuracy) or other_period(
             system, start, current.state, current.map.matrix, cycles, time_limit, max_step
         )

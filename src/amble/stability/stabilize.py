@@ -225,10 +225,10 @@ def _descended(
 def _joined(
     search: WeightSearch, here: Closed, steps: list[Step], reasons: list[str], began: float, notify: Progress
 ) -> tuple[WeightSearch, Closed]:
-    """Where every order of landing contracts by itself, descend until one W serves them all."""
+    """Where feet land one by one, descend the bound of one W for all orders of landing until it is below 1."""
     refusals: list[str] = []
     for _ in range(TOGETHER):
-        if here.radius >= 1.0 or here.contracts(BELOW_ONE):
+        if len(here.passages) == 1 or here.contracts(BELOW_ONE):
             break
         search = search.around(here)
         there = improved(search, here, steps[0].radius, notify, refusals)

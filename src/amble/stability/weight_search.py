@@ -64,6 +64,11 @@ LARGEST_DRIFT = 1e-3
 so that orbits under large weights lie up to 1e-5 away. More would be another gait."""
 
 
+def size_penalty(price: float) -> float:
+    """Return the weight of |theta|^2 where feet land one by one; it falls with the price of the conditioning."""
+    return SIZE_PENALTY_IN_ORDERS * price / CONDITIONING
+
+
 class ParametrisedMap(Protocol):
     """The Poincare Jacobian for some values of the free parameters, such as ``weighted_map.WeightedMap``."""
 
@@ -115,7 +120,7 @@ def least_bound(
                 )
             )
         slope = here.gradient([one.slope / len(found) for one in found])
-        penalty = SIZE_PENALTY if len(found) == 1 else SIZE_PENALTY_IN_ORDERS
+        penalty = SIZE_PENALTY if len(found) == 1 else size_penalty(price)
         strain, steeper = here.conditioning()
         slope += price * steeper + 2.0 * penalty * trial
         return mean + price * strain + penalty * float(trial @ trial), slope
