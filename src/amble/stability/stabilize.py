@@ -24,8 +24,8 @@ share of the bound that a descent has to gain for another to follow."""
 
 BELOW_ONE = float(np.nextafter(1.0, 0.0))
 
-TOGETHER = 8
-"""Descents of the bound of one W for all orders of landing, at most."""
+TOGETHER, SMALLEST_STEP = 8, 0.01
+"""Descents of the bound of one W for all orders of landing, at most; share of it that each has to gain for another."""
 
 FLAT = 1e-6
 """Slope, by the steepest, of weights that do not matter: those on outputs that are controlled anyway have none."""
@@ -238,7 +238,9 @@ def _joined(
             break
         steps.append(_step(len(steps), there, here, began))
         notify(_report(steps[-1]))
-        here = there
+        gain, here = 1.0 - there.bound / here.bound, there
+        if gain < SMALLEST_STEP:
+            break
     return search, here
 
 
