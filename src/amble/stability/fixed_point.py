@@ -24,7 +24,7 @@ from amble.amounts import check_amount
 from amble.errors import NotSolvedError, WorkError
 from amble.hybrid import HybridSystem
 from amble.hybrid.system import numeric
-from amble.progress import Progress, ProgressReport
+from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
 from amble.stability.group import Shift, closest_shift, generators, gradients
 from amble.stability.monodromy import Monodromy, prepare_variational
@@ -101,7 +101,6 @@ def fixed_point(
     progress: Progress | None = None,
     cycles: int = 1,
     max_step: float | None = None,
-    *,
     enough: float = 0.0,
 ) -> FixedPoint:
     """Find a fixed point of the Poincare map by damped Newton with the monodromy matrix.
@@ -117,14 +116,12 @@ def fixed_point(
         progress: called after every step.
         cycles: after which the orbit closes.
         max_step: the longest time between two event samples, s (``simulate``).
-        enough: residual that counts as solved, though above the accuracy, where no Newton step reduces it: beside a
-            multiplier of nearly 1 the state is determined by less than the map's own error.
+        enough: residual that counts as solved where no Newton step reduces it, as beside a multiplier of nearly 1.
 
     Raises:
-        FallError: where the motion from the guess does not come back.
+        FallError, WorkError: where the motion from the guess does not come back, or only grazes a guard.
         InputError: where numbers are out of range, symmetries or invariants dependent, or functions not differentiable.
         NotSolvedError: Newton stops above the accuracy, or left a guess of another period; its rows are the residual's.
-        WorkError: where the motion from the guess only grazes a guard.
     """
     check_amount("iterations", iterations, 1, MOST_ITERATIONS)
     variational = prepare_variational(system)
@@ -135,7 +132,7 @@ def fixed_point(
         return _Iterate(state, there, closest_shift(system, state, there.image))
 
     current = first = evaluate(start)
-    values, history = _values(system, start), [current.size]
+    values, history, notify = _values(system, start), [current.size], progress or silent
     status = f"{iterations} Newton steps were not enough"
     for number in range(1, iterations + 1):
         solved = current.size <= accuracy
@@ -143,8 +140,7 @@ def fixed_point(
         if trial is not None and (not solved or trial.size < current.size):
             current = trial
             history.append(current.size)
-            if progress is not None:
-                progress(ProgressReport(what="fixed point, step", done=number, quantity="residual", value=current.size))
+            notify(ProgressReport(what="fixed point, step", done=number, quantity="residual", value=current.size))
         if solved or trial is None:
             status = "no Newton step reduces the residual"
             break
