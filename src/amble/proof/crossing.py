@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 from flint import arb, arb_mat
 
-from amble.proof.arithmetic import column, identity, inside, largest, symmetric
+from amble.proof.arithmetic import column, identity, largest, symmetric
 from amble.proof.errors import ProofError
 from amble.proof.leg import Leg
 from amble.proof.margins import Watch
@@ -107,21 +107,27 @@ def _sharp(leg: Leg, during: arb, box: Sequence[arb]) -> Part:
 
 
 def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[Part, arb]:
-    """Return what holds the motions on clock +- d, and d itself, such that every motion crosses within."""
+    """Return what holds the motions on clock +- d, and d itself, such that every motion crosses within.
+
+    A tube holds them where it holds hull + [-d, d] f(tube): Picard's iterates then stay in it, and it is closed. It need
+    not be larger, so nothing is asked of coordinates that hardly move or are exact, whose tube is their hull.
+    """
     start = leg.field.part(clock, hull)
     value, speed = leg.rises(leg.exit, start)
     if not speed > 0:
         raise ProofError(f"the {leg.exit.name} is not crossed transversally")
-    reach = (2 * largest([value]) / speed).upper() + arb(2) ** -200
+    rates, reach = start.rate, (2 * largest([value]) / speed).upper() + arb(2) ** -200
     for _ in range(TUBE_ATTEMPTS):
-        tube = [
-            at + symmetric(4 * reach * change.abs_upper() + reach * reach)
-            for at, change in zip(hull, start.rate, strict=True)
-        ]
-        part = leg.field.part(clock + symmetric(reach), tube)
-        held = [at + symmetric(reach * change.abs_upper()) for at, change in zip(hull, part.rate, strict=True)]
+        part = leg.field.part(clock + symmetric(reach), _within(hull, 2 * reach, rates))
+        held = zip(part.box, _within(hull, reach, part.rate), strict=True)
         _, speed = leg.rises(leg.exit, part)
-        if inside(held, tube) and speed > 0 and largest([value]) < reach * speed.lower():
+        far = speed > 0 and largest([value]) < reach * speed.lower()
+        if far and all(tube.contains(reached) for tube, reached in held):
             return part, reach
-        reach = 2 * reach
+        rates, reach = part.rate, reach if far else 2 * reach
     raise ProofError(f"the crossing of the {leg.exit.name} could not be enclosed")
+
+
+def _within(hull: Sequence[arb], reach: arb, rates: Sequence[arb]) -> list[arb]:
+    """Return where states of a box can come to in a time of at most the reach, forward or backward."""
+    return [at + symmetric(reach * change.abs_upper()) for at, change in zip(hull, rates, strict=True)]

@@ -10,9 +10,8 @@ from flint import arb, arb_mat
 
 from amble.hybrid import Domain
 from amble.proof.step import Part, Step, take_step
-from amble.proof.tape import Tape, record
+from amble.proof.tape import Tape, expression, record
 from amble.proof.taylor import Coefficients, along, coefficient, series
-from amble.stability.derivatives import field_jacobian
 
 
 @dataclass(frozen=True)
@@ -33,18 +32,17 @@ class ExplicitField:
 
     @classmethod
     def of(cls, domain: Domain) -> ExplicitField:
-        """Take the field of a domain.
+        """Take the field of a domain. Its slope is that of its expressions: ``Domain.jacobian`` is not believed.
 
         Raises:
             InputError: it is compiled code, or holds an operation that has no enclosure.
         """
-        rate = record(domain.field)  # first: compiled code is refused here, in a sentence
         t, x = ca.SX.sym("t"), ca.SX.sym("x", domain.state_size)
         p = ca.SX.sym("p", domain.parameters.size)
-        jacobian = ca.densify(field_jacobian(domain)(t, x, p))
+        rate = expression(domain.field, [t, x, p])
         return cls(
-            rate=rate,
-            gradient=record(ca.Function("slope", [t, x, p], [jacobian])),
+            rate=record(ca.Function("rate", [t, x, p], [rate])),
+            gradient=record(ca.Function("slope", [t, x, p], [ca.densify(ca.jacobian(rate, x))])),
             parameters=tuple(arb(float(value)) for value in domain.parameters),
             size=domain.state_size,
         )

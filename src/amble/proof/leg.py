@@ -13,7 +13,7 @@ from amble.hybrid import Domain, Transition
 from amble.proof.explicit_field import ExplicitField
 from amble.proof.margins import Margins
 from amble.proof.step import Field, Part
-from amble.proof.tape import Tape, record
+from amble.proof.tape import Tape, expression, record
 
 JUST_BEFORE = arb(2) ** -60
 """Share of a dead time at which a step ends before its end, so that it is known to lie within."""
@@ -39,7 +39,7 @@ class Surface:
     def of(cls, name: str, function: ca.Function, sign: int, dead_time: float = 0.0) -> Surface:
         """Differentiate a function of (t, x, p)."""
         t, x, p = _symbols(function)
-        value = ca.densify(function(t, x, p))
+        value = expression(function, [t, x, p])
         slopes = [value, ca.densify(ca.jacobian(value, x)), ca.densify(ca.jacobian(value, t))]
         return cls(name, record(ca.Function("surface", [t, x, p], slopes)), sign, dead_time)
 
@@ -92,17 +92,13 @@ class Leg:
             item.name: Surface.of(f"guard of '{item.name}'", item.guard, item.direction, item.dead_time)
             for item in leaving
         }
-        margins = Margins()
-        if domain.admissibility is not None:
-            symbols = [*_symbols(domain.admissibility), ca.SX.sym("z", 0)]
-            margins = Margins.of(symbols, {"admissibility": domain.admissibility(*symbols[:3])}, {})
         return cls(
             domain=domain,
             transition=transition,
             field=field,
             exit=guards[transition.name],
             others=tuple(guard for name, guard in guards.items() if name != transition.name),
-            margins=margins,
+            margins=_margins(domain),
             landing=Margins(),
             reset=reset_tape(transition.reset),
             parameters=tuple(arb(float(value)) for value in domain.parameters),
@@ -142,9 +138,21 @@ def _rounded_down(length: arb) -> arb:
 def reset_tape(reset: ca.Function) -> Tape:
     """Record a reset with its slopes in x, by columns, and in t."""
     t, x, p = _symbols(reset)
-    after = ca.densify(reset(t, x, p))
+    after = expression(reset, [t, x, p])
     slopes = [after, ca.densify(ca.jacobian(after, x)), ca.densify(ca.jacobian(after, t))]
     return record(ca.Function("reset", [t, x, p], slopes))
+
+
+def _margins(domain: Domain) -> Margins:
+    """What keeps a motion in the domain of admissibility: the margin of the fall, and those that have a reason."""
+    symbols = _symbols(domain.field)
+    found = {} if domain.admissibility is None else {"admissibility": domain.admissibility}
+    found |= {f"'{what}'": margin for what, margin in domain.margins.items()}
+    if not found:
+        return Margins()
+    return Margins.of(
+        [*symbols, ca.SX.sym("z", 0)], {name: expression(margin, symbols) for name, margin in found.items()}, {}
+    )
 
 
 def _symbols(function: ca.Function) -> list[ca.SX]:

@@ -89,7 +89,7 @@ def loop_step(loop: LoopTapes, clock: arb, centre: Sequence[arb], box: Sequence[
 def _held(loop: LoopTapes, clock: arb, motion: Expansion, inverse: arb_mat, box: Sequence[arb], length: arb) -> _Held:
     """Guess a tube and prove that it holds the motions from a box."""
     half, centre = loop.size // 2, [part[0] for part in motion.state]
-    defect = sizes(inverse * column(motion_defect(loop, clock, motion, length)))
+    defect = uppers(sizes(inverse) * column(motion_defect(loop, clock, motion, length)))
     start = column([(value - c).abs_upper() for value, c in zip(box, centre, strict=True)])
     around = _guess(loop, clock, motion, midpoints(start), midpoints(defect), float(length))
     over = tube(loop, clock, motion, inverse, length, around)

@@ -171,6 +171,7 @@ def record(function: ca.Function) -> Tape:
         InputError: it calls compiled code or holds an operation that has no enclosure here.
     """
     expanded = _expanded(function)
+    entries = [expanded.sparsity_in(k).find() for k in range(expanded.n_in())]
     current: dict[int, int] = {}
     steps, constants, inputs = [], [], []
     outputs = [[-1] * expanded.nnz_out(k) for k in range(expanded.n_out())]
@@ -184,7 +185,7 @@ def record(function: ca.Function) -> Tape:
         if kind == ca.OP_CONST:
             constants.append((count, float(expanded.instruction_constant(k))))
         elif kind == ca.OP_INPUT:
-            inputs.append((count, operands[0], operands[1]))
+            inputs.append((count, operands[0], entries[operands[0]][operands[1]]))
         elif kind in OPERATIONS:
             steps.append((kind, count, tuple(current[number] for number in operands)))
         else:
@@ -192,6 +193,15 @@ def record(function: ca.Function) -> Tape:
         current[into[0]] = count
         count += 1
     return Tape(tuple(steps), tuple(constants), tuple(inputs), tuple(map(tuple, outputs)), count)
+
+
+def expression(function: ca.Function, symbols: Sequence[ca.SX]) -> ca.SX:
+    """Return the first result of a function of symbols, dense.
+
+    Raises:
+        InputError: it calls compiled code.
+    """
+    return ca.densify(_expanded(function).call(list(symbols))[0])
 
 
 def _expanded(function: ca.Function) -> ca.Function:
