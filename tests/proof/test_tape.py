@@ -14,6 +14,7 @@ from flint import arb, arb_series
 from amble.errors import InputError
 from amble.proof.arithmetic import working_precision
 from amble.proof.tape import OPERATIONS, UndecidedError, record
+from amble.proof.taylor import coefficient
 from tests.proof.test_against_mpmath import CASES
 
 
@@ -94,6 +95,21 @@ SINGULAR: dict[int, Callable[..., bool]] = {
     ca.OP_CONSTPOW: lambda a, _: a > 0,
 }
 """Where operations that have a value have derivatives too."""
+
+
+@pytest.mark.parametrize("divisor", [[0, 1], [0, 0, 1], [0], [arb(0, 1), 1]])
+def test_a_divisor_that_may_be_zero_is_refused(divisor: list[float]) -> None:
+    """t^2 / t at a clock of 0 came out as 0 + O(s^2), of which the coefficient of s was read as 0; it is 1."""
+    x = ca.SX.sym("x", 2)
+    along = [arb_series([0, 0, 1], prec=2), arb_series(divisor, prec=2)]
+    for expression in (x[0] / x[1], 1 / x[1], x[1] ** -2):
+        with pytest.raises(UndecidedError, match="divisor"):
+            record(ca.Function("f", [x], [expression]))(along)
+
+
+def test_a_series_is_not_read_farther_than_it_is_known() -> None:
+    with pytest.raises(UndecidedError, match="not known as far"):
+        coefficient(arb_series([1, 2], prec=2), 2)
 
 
 def test_a_series_holds_the_derivatives() -> None:

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from flint import arb, arb_mat
+from flint import arb, arb_mat, ctx
 
 from amble.errors import WorkError
 from amble.proof.arithmetic import between, horner, identity, inside, largest, row_sum_norm, symmetric
@@ -150,7 +150,7 @@ def _enclosure(field: Smooth, clock: arb, motion: Coefficients, length: arb, ord
     during = between(clock, clock + length)
     last = length**order
     polynomial = [horner([row[i] for row in motion[:order]], span) for i in range(field.size)]
-    scale = largest(value - value.mid() for value in polynomial)
+    scale = largest(value - value.mid() for value in polynomial) + arb(2) ** (-4 * ctx.prec)  # 0 where all is exact
     slack = [4 * last * largest([value]) + scale / 2**20 for value in motion[order]]
     for _ in range(INFLATIONS):
         box = [value + symmetric(extra) for value, extra in zip(polynomial, slack, strict=True)]

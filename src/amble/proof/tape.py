@@ -19,7 +19,7 @@ Value: TypeAlias = arb | arb_series
 
 
 class UndecidedError(WorkError):
-    """A switch of an expression could not be decided for all numbers of a ball."""
+    """A switch of an expression, or whether a divisor is 0, could not be decided for all numbers of a ball."""
 
 
 NOT_ENCLOSED = (UndecidedError, ZeroDivisionError, ValueError)
@@ -68,6 +68,13 @@ def _where(condition: Value, value: Value) -> Value:
     return arb(0) if _decided(_leading(condition) == 0, _leading(condition) != 0, "if") else value
 
 
+def _quotient(a: Value, b: Value) -> Value:
+    """Divide by what is not 0: where both series begin with 0 their quotient would lack the last coefficient."""
+    if not _leading(b) != 0:
+        raise UndecidedError("a divisor in the model may be 0 on the enclosure")
+    return a / b
+
+
 def _fixed(value: Value) -> bool:
     """Whether a value is a number: a series whose coefficients behind the first are 0."""
     return isinstance(value, arb) or all(value[number] == 0 for number in range(1, len(value)))
@@ -81,7 +88,7 @@ def _power(base: Value, exponent: Value) -> Value:
     product: Value = arb(1)
     for _ in range(abs(count)):
         product = product * base
-    return 1 / product if count < 0 else product
+    return _quotient(arb(1), product) if count < 0 else product
 
 
 OPERATIONS: dict[int, Callable[..., Value]] = {
@@ -89,9 +96,9 @@ OPERATIONS: dict[int, Callable[..., Value]] = {
     ca.OP_ADD: lambda a, b: a + b,
     ca.OP_SUB: lambda a, b: a - b,
     ca.OP_MUL: lambda a, b: a * b,
-    ca.OP_DIV: lambda a, b: a / b,
+    ca.OP_DIV: _quotient,
     ca.OP_NEG: lambda a: -a,
-    ca.OP_INV: lambda a: 1 / a,
+    ca.OP_INV: lambda a: _quotient(arb(1), a),
     ca.OP_SQ: lambda a: a * a,
     ca.OP_TWICE: lambda a: a + a,
     ca.OP_SQRT: lambda a: a.sqrt(),

@@ -15,7 +15,7 @@ from typing import Protocol
 
 from flint import arb, arb_mat, arb_series, ctx
 
-from amble.proof.tape import Value
+from amble.proof.tape import UndecidedError, Value
 
 Coefficients = list[list[arb]]
 """For every power the n_x coefficients."""
@@ -47,8 +47,14 @@ def variation(slopes: Sequence[arb_mat], start: arb_mat, order: int) -> list[arb
 
 
 def coefficient(value: Value, power: int) -> arb:
-    """Return a coefficient of a series, or of a constant."""
+    """Return a coefficient of a series, or of a constant.
+
+    Raises:
+        UndecidedError: the series is not known that far; python-flint gives 0.
+    """
     if isinstance(value, arb_series):
+        if power >= value.prec:
+            raise UndecidedError("a series of the model is not known as far as is asked")
         return value[power]
     return value if power == 0 else arb(0)
 
