@@ -20,8 +20,8 @@ from amble.hybrid import HybridSystem
 from amble.proof import ProofError, verification
 from amble.proof.arithmetic import column, working_precision
 from amble.proof.gait_map import gait_map, require_provable, require_smooth
+from amble.proof.identity import system_hash
 from amble.proof.leg import Leg
-from amble.proof.record import system_hash
 from amble.proof.return_map import Enclosure, ReturnMap
 from amble.proof.switched_field import SwitchedField
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point

@@ -74,7 +74,9 @@ def test_a_reach_beyond_every_number_is_refused(proof: Proof) -> None:
     ("change", "reason"),
     [
         ({"format": "amble gait"}, "format"),
-        ({"version": 1}, "version"),
+        ({"version": 3}, "the format 3 of the proof is not read, only 4: prove again"),
+        ({"version": True}, "the format True of the proof is not read"),
+        ({"version": "4"}, "of another kind"),
         ({"extra": 1}, "extra"),
         ({"system": 5}, "system"),
     ],

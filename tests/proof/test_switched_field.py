@@ -113,7 +113,7 @@ def test_clocks_are_exact_and_meet_every_breakpoint(bits: int) -> None:
     draws = np.random.default_rng(0)
     x = ca.SX.sym("x", 2)
     leave = Transition.from_expressions("slide", "slide", x, x[0] - FAR, x, +1)
-    leg, met = Leg.of(marked(), leave, [leave]), set[float]()
+    leg, met = Leg.of(marked(), leave), set[float]()
     with working_precision(bits):
         clock = arb(0)
         while clock < 0.9:

@@ -12,7 +12,7 @@ from amble.proof.arithmetic import ROOM, largest, radius
 from amble.proof.crossing import cross
 from amble.proof.errors import ProofError
 from amble.proof.glide import NEWTON_STEPS, crossing, wished_length
-from amble.proof.leg import Leg, Surface
+from amble.proof.leg import Leg
 from amble.proof.margins import MarginError, Watch
 from amble.proof.moving_set import MovingSet
 from amble.proof.step import Step, StepError
@@ -79,14 +79,14 @@ def follow(
                 done, last, wish = _searched(leg, clock, here, watch, wish, order, tolerance)
             else:
                 done = leg.field.step(clock, here.centre, here.hull(), lengths[len(taken)], order)
-                last = not _quiet(leg.exit, leg, clock, done)
-                _check(leg, watch, clock, done)
+                last = not _quiet(leg, clock, done)
+                watch.require(done.parts, leg.parameters)
             here = here.moved(done.image, done.slope)
             clock, taken = clock + done.length, [*taken, done.length]
             points.append((clock, here.centre))
             progress(_report(leg, here, len(taken)))
             if last:
-                if not _rises(leg.exit, leg, done):
+                if not _rises(leg, done):
                     raise ProofError(f"the {leg.exit.name} may be crossed more than once")
                 end = cross(leg, clock, here, watch)
                 margins = {**watch.bounds, **end.margins}
@@ -107,11 +107,11 @@ def _searched(
     """
     for attempt in range(HALVINGS + 1):
         done, wish = _fitting_step(leg, clock, here, wish, order, tolerance)
-        last = not _quiet(leg.exit, leg, clock, done)
+        last = not _quiet(leg, clock, done)
         if last:
             done, last = _to_the_guard(leg, clock, here, done, order)
         try:
-            _check(leg, watch, clock, done)
+            watch.require(done.parts, leg.parameters)
         except MarginError:
             if attempt == HALVINGS:
                 raise
@@ -119,14 +119,6 @@ def _searched(
         else:
             break
     return done, last, wish
-
-
-def _check(leg: Leg, watch: Watch, clock: arb, done: Step) -> None:
-    """Ask that no other guard fires in a step and that all margins hold."""
-    for other in leg.others:
-        if not _quiet(other, leg, clock, done):
-            raise ProofError(f"the {other.name} may fire")
-    watch.require(done.parts, leg.parameters)
 
 
 def _report(leg: Leg, here: MovingSet, number: int) -> ProgressReport:
@@ -177,23 +169,23 @@ def _fitting_step(leg: Leg, clock: arb, here: MovingSet, wish: arb, order: int, 
     raise StepError("the remainder of no step is as small as the tolerance")
 
 
-def _quiet(guard: Surface, leg: Leg, clock: arb, done: Step) -> bool:
-    """Whether a guard cannot fire in a step from a clock: not looked at, away from zero, or crossed the other way."""
-    if clock + done.length <= arb(guard.dead_time):
+def _quiet(leg: Leg, clock: arb, done: Step) -> bool:
+    """Whether the guard cannot fire in a step from a clock: not looked at, away from zero, or crossed the other way."""
+    if clock + done.length <= arb(leg.exit.dead_time):
         return True
     for part in done.parts:
-        value, rate = leg.rises(guard, part)
+        value, rate = leg.rises(part)
         if not (value < 0 or value > 0 or rate < 0):
             return False
     return True
 
 
-def _rises(guard: Surface, leg: Leg, done: Step) -> bool:
-    """Whether a guard is crossed at most once in a step: in every part it is away from zero or rises, at last rises.
+def _rises(leg: Leg, done: Step) -> bool:
+    """Whether the guard is crossed at most once in a step: in every part it is away from zero or rises, at last rises.
 
     It starts below zero, so that between parts that stay away from zero it can only come from below.
     """
-    values = [leg.rises(guard, part) for part in done.parts]
+    values = [leg.rises(part) for part in done.parts]
     rising = [bool(rate > 0) for _, rate in values]
     first = rising.index(True) if True in rising else len(rising)
     return all(rising[first:]) and bool(rising[-1]) and all(value < 0 for value, _ in values[:first])
@@ -208,10 +200,10 @@ def _to_the_guard(leg: Leg, clock: arb, here: MovingSet, done: Step, order: int)
         end = crossing(leg, clock, done.centre, done.length)
         if end is not None and arb(0) < end <= done.length and clock + end > arb(leg.exit.dead_time):
             done = leg.field.step(clock, here.centre, here.hull(), end, order)
-            if _rises(leg.exit, leg, done):
+            if _rises(leg, done):
                 return done, True
         half = (done.length / 2).mid()
         done = leg.field.step(clock, here.centre, here.hull(), half, order)
-        if _quiet(leg.exit, leg, clock, done):
+        if _quiet(leg, clock, done):
             return done, False
     raise ProofError(f"the {leg.exit.name} is not crossed transversally")

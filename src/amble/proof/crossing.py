@@ -61,7 +61,7 @@ def cross(leg: Leg, clock: arb, here: MovingSet, watch: Watch) -> Crossed:
     landing = leg.landing.watch(watch.room)
     landing.require([part], leg.parameters)
     # the centre: it crosses at clock + delay
-    _, speed = leg.rises(leg.exit, part)
+    _, speed = leg.rises(part)
     middle, _, _ = leg.exit.at(clock, here.centre, leg.parameters)
     delay = -middle / speed
     at = [centre + delay * change for centre, change in zip(here.centre, part.rate, strict=True)]
@@ -92,7 +92,7 @@ def _saltation(leg: Leg, part: Part, slope: arb_mat, drift: arb_mat) -> arb_mat:
         drift: along t, a column.
     """
     _, along, _ = leg.exit.at(part.during, part.box, leg.parameters)
-    _, speed = leg.rises(leg.exit, part)
+    _, speed = leg.rises(part)
     moved = slope * column(part.rate) + drift
     return slope - moved * arb_mat(1, len(along), along) / speed
 
@@ -113,14 +113,14 @@ def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[Part, arb
     not be larger, so nothing is asked of coordinates that hardly move or are exact, whose tube is their hull.
     """
     start = leg.field.part(clock, hull)
-    value, speed = leg.rises(leg.exit, start)
+    value, speed = leg.rises(start)
     if not speed > 0:
         raise ProofError(f"the {leg.exit.name} is not crossed transversally")
     rates, reach = start.rate, (2 * largest([value]) / speed).upper() + arb(2) ** -200
     for _ in range(TUBE_ATTEMPTS):
         part = leg.field.part(clock + symmetric(reach), _within(hull, 2 * reach, rates))
         held = zip(part.box, _within(hull, reach, part.rate), strict=True)
-        _, speed = leg.rises(leg.exit, part)
+        _, speed = leg.rises(part)
         far = speed > 0 and largest([value]) < reach * speed.lower()
         if far and all(tube.contains(reached) for tube, reached in held):
             return part, reach

@@ -48,13 +48,8 @@ class ExplicitField:
         )
 
     @property
-    def tapes(self) -> tuple[Tape, ...]:
-        """The expressions that it is made of."""
-        return self.rate, self.gradient
-
-    @property
     def governing(self) -> tuple[Tape, ...]:
-        """Those of them that determine the motion, over (t, x, p)."""
+        """The expressions that determine the motion, over (t, x, p)."""
         return (self.rate,)
 
     def motion(self, clock: arb, state: Sequence[arb], order: int) -> Coefficients:

@@ -17,14 +17,14 @@ from amble.gait import Gait
 from amble.gait.closed_loop import symmetries
 from amble.gait.control_law import Numbers
 from amble.gait.linearising_law import control_of
-from amble.hybrid import Contacts, Domain, HybridSystem, Stance, Switch, Symmetry, Transition, impact
+from amble.hybrid import Contacts, Domain, HybridSystem, Stance, Switch, Transition, impact
+from amble.proof.identity import generator
 from amble.proof.leg import Leg, Surface, reset_tape
 from amble.proof.loop_field import LoopField
 from amble.proof.loop_tapes import LoopTapes
 from amble.proof.margins import Margins
 from amble.proof.return_map import ReturnMap
 from amble.proof.switched_field import SwitchedField
-from amble.proof.tape import Tape, record
 from amble.robot import kinematics
 
 ARGUMENTS = ["t", "x", "p"]
@@ -48,13 +48,8 @@ def gait_map(gait: Gait, system: HybridSystem, order: int, tolerance: float) -> 
         for switch, (domain, transition) in zip(gait.pattern.switches, system.cycle(), strict=True)
     ]
     kept = {symmetry.name for symmetry in system.symmetries}
-    turns = [_generator(found) for found in symmetries(gait, control_of(gait)) if found.name not in kept]
-    return ReturnMap(system=system, legs=tuple(legs), order=order, tolerance=tolerance, turns=tuple(turns))
-
-
-def _generator(symmetry: Symmetry) -> Tape:
-    x = ca.SX.sym("x", symmetry.generator.numel_in(0))
-    return record(ca.Function("generator", [x], [ca.densify(symmetry.generator(x))]))
+    turns = [generator(found) for found in symmetries(gait, control_of(gait)) if found.name not in kept]
+    return ReturnMap(system=system, legs=tuple(legs), order=order, tolerance=tolerance, turns=tuple(turns), record=gait.robot.hash)
 
 
 def require_provable(gait: Gait) -> None:
@@ -115,10 +110,8 @@ def _leg(gait: Gait, switch: Switch, domain: Domain, transition: Transition) -> 
     state = robot.mirror.state(after) if mirrors else after
     return Leg(
         domain=domain,
-        transition=transition,
         field=_field(loop, symbols, stretches),
         exit=Surface.of(f"guard of '{switch.name}'", guard, transition.direction, transition.dead_time),
-        others=(),
         margins=_margins(gait, stance, switch, at, loop),
         landing=_landing_margins(gait, switch, at),
         reset=reset_tape(ca.Function("reset", at, [state], ARGUMENTS, ["state"])),

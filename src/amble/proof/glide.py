@@ -25,7 +25,7 @@ def crossing(leg: Leg, clock: arb, polynomial: Sequence[Sequence[arb]], start: a
     """Newton for the time at which a polynomial motion meets the guard that ends a domain; None where it fails."""
     at = start
     for _ in range(NEWTON_STEPS):
-        value, rate = leg.rises(leg.exit, leg.field.part(clock + at, _at(polynomial, at)))
+        value, rate = leg.rises(leg.field.part(clock + at, _at(polynomial, at)))
         change = (value / rate).mid()
         at = (at - change).mid()
         if not at.is_finite():

@@ -57,9 +57,8 @@ def _seen(leg: Leg, column: Sequence[Fraction], columns: Sequence[Sequence[Fract
     """Return what of a domain may change along a translation; empty where nothing does."""
     if any(rate != 0 for tape in leg.field.governing for result in rates(tape, column) for rate in result):
         return "vector field"
-    for guard in (leg.exit, *leg.others):
-        if any(rate != 0 for rate in rates(guard.values, column)[0]):
-            return guard.name
+    if any(rate != 0 for rate in rates(leg.exit.values, column)[0]):
+        return leg.exit.name
     for margins in (leg.margins, leg.landing):
         if margins.values is None:
             continue

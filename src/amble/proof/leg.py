@@ -55,10 +55,8 @@ class Leg:
 
     Attributes:
         domain: itself.
-        transition: that ends it.
         field: its vector field.
-        exit: guard of that transition.
-        others: guards of its other transitions, which must not fire.
+        exit: guard of that transition, the only one that leaves the domain.
         margins: that must stay positive.
         landing: that must be positive at the crossing.
         reset: tape of R, R_x by columns, R_t.
@@ -67,10 +65,8 @@ class Leg:
     """
 
     domain: Domain
-    transition: Transition
     field: Field
     exit: Surface
-    others: tuple[Surface, ...]
     margins: Margins
     landing: Margins
     reset: Tape
@@ -78,35 +74,30 @@ class Leg:
     load: float = 1.0
 
     @classmethod
-    def of(cls, domain: Domain, transition: Transition, leaving: Sequence[Transition]) -> Leg:
+    def of(cls, domain: Domain, transition: Transition) -> Leg:
         """Prepare a domain.
 
         Raises:
             InputError: a function is compiled code, holds an operation without an enclosure, or the transition fires at
                 the entry.
         """
-        if any(item.at_entry for item in leaving):
+        if transition.at_entry:
             raise InputError(f"domain '{domain.name}' may be left at its entry (simultaneous guards): no proof of that")
         field = ExplicitField.of(domain)
-        guards = {
-            item.name: Surface.of(f"guard of '{item.name}'", item.guard, item.direction, item.dead_time)
-            for item in leaving
-        }
+        guard, name = transition.guard, f"guard of '{transition.name}'"
         return cls(
             domain=domain,
-            transition=transition,
             field=field,
-            exit=guards[transition.name],
-            others=tuple(guard for name, guard in guards.items() if name != transition.name),
+            exit=Surface.of(name, guard, transition.direction, transition.dead_time),
             margins=_margins(domain),
             landing=Margins(),
             reset=reset_tape(transition.reset),
             parameters=tuple(arb(float(value)) for value in domain.parameters),
         )
 
-    def rises(self, guard: Surface, part: Part) -> tuple[arb, arb]:
-        """Return a guard and its rate along the field in a part of a step."""
-        value, along, drift = guard.at(part.during, part.box, self.parameters)
+    def rises(self, part: Part) -> tuple[arb, arb]:
+        """Return the guard and its rate along the field in a part of a step."""
+        value, along, drift = self.exit.at(part.during, part.box, self.parameters)
         return value, sum((slope * rate for slope, rate in zip(along, part.rate, strict=True)), start=drift)
 
     def cut(self, clock: arb, length: arb) -> arb:
@@ -115,10 +106,9 @@ class Leg:
         Lengths have half of the precision's bits behind the point, so that clocks are sums without rounding.
         """
         length = _rounded_down(length.mid())
-        for guard in (self.exit, *self.others):
-            before = _rounded_down(arb(guard.dead_time) * (1 - JUST_BEFORE))
-            if clock < before and clock + length > before:
-                length = (before - clock).mid()
+        before = _rounded_down(arb(self.exit.dead_time) * (1 - JUST_BEFORE))
+        if clock < before and clock + length > before:
+            length = (before - clock).mid()
         for mark in map(arb, self.domain.breakpoints):
             if clock < mark and clock + length > mark:
                 length = (mark - clock).mid()

@@ -32,13 +32,8 @@ class LoopField:
         return self.loop.size
 
     @property
-    def tapes(self) -> tuple[Tape, ...]:
-        """The expressions that it is made of."""
-        return self.loop.equations, self.loop.slopes
-
-    @property
     def governing(self) -> tuple[Tape, ...]:
-        """Those of them that determine the motion, over (t, x, p)."""
+        """The expressions that determine the motion, over (t, x, p)."""
         return (self.loop.equations,)
 
     def part(self, during: arb, box: Sequence[arb]) -> Part:

@@ -7,7 +7,6 @@ number that was moved inward excludes what is computed, and is refused by name.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -15,19 +14,23 @@ from typing import Annotated, Literal
 
 import flint
 from flint import arb
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, model_validator
 
 from amble.hybrid import HybridSystem
 from amble.io.reader import read_record
 from amble.io.storage import atomic_write, dumps
 from amble.proof.arithmetic import decimals
 from amble.proof.basin import Basin
+from amble.proof.identity import system_hash
 from amble.proof.orbit import ProvedOrbit
 from amble.proof.return_map import ReturnMap
 from amble.version import __version__
 
 EXTENT_SHARE = 1.0 - 2.0**-20
 """Of a basin's extent, that is written: it is computed in floating point."""
+
+FORMAT = 4
+"""Version of the file."""
 
 LARGEST = 300
 """Power of ten below which numbers of a proof are, so that each of them has a double beside it."""
@@ -122,13 +125,25 @@ class Proved(_Part):
     distance: dict[str, Decimal]
 
 
+def _readable(version: object) -> object:
+    """Refuse other formats by name: in 4 the hash holds all that is proved, in 3 it did not.
+
+    Raises:
+        ValueError: it is another.
+    """
+    if version != FORMAT or isinstance(version, bool):
+        stated = version if isinstance(version, int) else "of another kind"
+        raise ValueError(f"the format {stated} of the proof is not read, only {FORMAT}: prove again")
+    return version
+
+
 class Proof(_Part):
     """The file.
 
     Attributes:
         format: what it is.
         version: of the format.
-        system: SHA-256 of the expressions, their constants and the parameters.
+        system: SHA-256 of all that is proved of (``identity``).
         half: whether the cycle is half a gait cycle, closed by the mirror; the full one has the squares as multipliers.
         software: versions.
         found: what verification starts from.
@@ -137,7 +152,7 @@ class Proof(_Part):
     """
 
     format: Literal["amble proof"] = "amble proof"
-    version: Literal[3] = 3
+    version: Annotated[Literal[4], BeforeValidator(_readable)] = 4
     system: str
     half: bool = False
     software: dict[str, str]
@@ -166,18 +181,6 @@ class Proof(_Part):
 
 
 PROOF = TypeAdapter(Proof)
-
-
-def system_hash(prepared: ReturnMap) -> str:
-    """Return the SHA-256 of the operations of all functions with their constants, the parameters and the rules."""
-    text = hashlib.sha256()
-    for leg in prepared.legs:
-        rules = (leg.exit.sign, leg.exit.dead_time, [(other.sign, other.dead_time) for other in leg.others])
-        watched = [part.values for part in (leg.margins, leg.landing) if part.values is not None]
-        tapes = [*leg.field.tapes, leg.exit.values, leg.reset, *(other.values for other in leg.others), *watched]
-        values = [decimals(value) for value in leg.parameters]
-        text.update(repr((rules, [tape.listing() for tape in tapes], values, leg.domain.breakpoints)).encode())
-    return text.hexdigest()
 
 
 def save_proof(path: str | Path, proof: Proof) -> Path:

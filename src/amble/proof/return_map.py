@@ -29,6 +29,7 @@ class ReturnMap:
         progress: called after every step.
         turns: generators, tapes over x, of symmetries that are no translations and that the cycle reverses, as the
             mirror does with a turn about the vertical; that the system has them is the modeller's word.
+        record: hash of the robot record whose decimal numbers a gait's expressions are held against.
     """
 
     system: HybridSystem
@@ -37,11 +38,12 @@ class ReturnMap:
     tolerance: float
     progress: Progress = silent
     turns: tuple[Tape, ...] = ()
+    record: str = ""
 
     @classmethod
     def of(cls, system: HybridSystem, order: int, tolerance: float) -> ReturnMap:
         """Prepare a system; errors as in ``Leg.of`` and ``HybridSystem.cycle``."""
-        legs = tuple(Leg.of(domain, leaving, system.leaving(domain.name)) for domain, leaving in system.cycle())
+        legs = tuple(Leg.of(domain, leaving) for domain, leaving in system.cycle())
         return cls(system=system, legs=legs, order=order, tolerance=tolerance)
 
     def __call__(

@@ -75,12 +75,8 @@ class Field(Protocol):
         """Number of states."""
 
     @property
-    def tapes(self) -> tuple[Tape, ...]:
-        """The expressions that it is made of."""
-
-    @property
     def governing(self) -> tuple[Tape, ...]:
-        """Those of them that determine the motion, over (t, x, p)."""
+        """The expressions that determine the motion, over (t, x, p)."""
 
     def part(self, during: arb, box: Sequence[arb]) -> Part:
         """Return what holds in a small box of states at some clocks."""

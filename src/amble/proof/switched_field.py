@@ -29,13 +29,8 @@ class SwitchedField:
         return self.fields[0].size
 
     @property
-    def tapes(self) -> tuple[Tape, ...]:
-        """The expressions that it is made of, each once."""
-        return tuple(dict.fromkeys(tape for field in self.fields for tape in field.tapes))
-
-    @property
     def governing(self) -> tuple[Tape, ...]:
-        """Those of them that determine the motion, over (t, x, p), each once."""
+        """The expressions that determine the motion, over (t, x, p), each once."""
         return tuple(dict.fromkeys(tape for field in self.fields for tape in field.governing))
 
     def part(self, during: arb, box: Sequence[arb]) -> Part:

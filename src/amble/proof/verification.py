@@ -21,8 +21,9 @@ from amble.proof.arithmetic import fraction, working_precision
 from amble.proof.basin import Basin, contraction_on_ball
 from amble.proof.errors import ProofError
 from amble.proof.gait_map import gait_map, require_provable, require_smooth
+from amble.proof.identity import system_hash
 from amble.proof.orbit import ProvedOrbit, prove_orbit
-from amble.proof.record import Found, Pair, Proof, Proved, orbit_balls, system_hash
+from amble.proof.record import Found, Pair, Proof, Proved, orbit_balls
 from amble.proof.record_distance import distances
 from amble.proof.return_map import ReturnMap
 from amble.stability.closed_loop_orbit import without_yaw
