@@ -164,7 +164,9 @@ def test_what_a_system_itself_says_is_in_the_hash() -> None:
     with working_precision(128):
         hashes = [system_hash(ReturnMap.of(system, 4, 0.0)) for system in systems]
         assert len(set(hashes)) == len(systems)
-        assert hashes[0] == system_hash(ReturnMap.of(replace(systems[0], domains=[replace(domain, jacobian=None)]), 4, 0.0))
+        assert hashes[0] == system_hash(
+            ReturnMap.of(replace(systems[0], domains=[replace(domain, jacobian=None)]), 4, 0.0)
+        )
 
 
 def test_a_kind_of_attribute_that_is_not_known_ends_the_work() -> None:

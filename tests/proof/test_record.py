@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from examples import rimless_wheel
 from flint import arb
 
 from amble.errors import InputError
-from amble.proof import Proof, ProofError, Settings, load_proof, prove, save_proof, verify
+from amble.proof import Proof, ProofError, Settings, load_proof, prove, record, save_proof, verify
 from amble.proof.arithmetic import decimals
 from amble.types import Json
 from tests.proof.forged import forged
@@ -127,6 +128,39 @@ def test_no_whole_basin_and_no_steps_are_refused(proof: Proof, part: str, change
     with pytest.raises((InputError, ProofError)) as refused:
         verify(load_proof(path), rimless_wheel.rolling()[0])
     assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_asks_for_endless_work_is_refused_as_it_is_read(proof: Proof, tmp_path: Path) -> None:
+    """2,000 steps in 1,024 bits are as many as one domain may have; of a gait they would take a day."""
+    tree, path = proof.model_dump(mode="json"), tmp_path / "proof.json"
+    for changes, reason in (
+        ({"steps": [["1p-11"] * 2000], "bits": 1024, "order": 40}, "steps of order 40 in 1024 bits are more work"),
+        ({"basin_steps": [["1p-11"] * 2000], "bits": 200}, "steps of order 14 in 200 bits are more work"),
+        ({"steps": [["1p-3"]] * 1001}, "at most 1000 items"),
+        ({"centre": ["0p0"] * 1001}, "at most 1000 items"),
+        ({"weight": [[0.0] * 1001]}, "at most 1000 items"),
+    ):
+        path.write_text(json.dumps({**tree, "found": {**tree["found"], **changes}}), encoding="utf-8")
+        with pytest.raises(InputError, match=reason) as refused:
+            load_proof(path)
+        assert "\n" not in str(refused.value)
+    tree["proved"]["multipliers"] = tree["proved"]["multipliers"] * 1001
+    path.write_text(json.dumps(tree), encoding="utf-8")
+    with pytest.raises(InputError, match="at most 1000 items"):
+        load_proof(path)
+
+
+def test_a_proof_that_would_not_be_read_back_ends_with_a_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(record, "MOST_WORK", 1e4)
+    with pytest.raises(ProofError, match=r"steps of order 14 in 128 bits are more work .* \(--order\)"):
+        prove(*rimless_wheel.rolling(), replace(SETTINGS, basin=0.0))
+
+
+def test_the_highest_precision_is_read_back(tmp_path: Path) -> None:
+    """Numbers of 1,024 bits have 309 digits; the file took 200, and the command ended with a traceback."""
+    system, start = rimless_wheel.rolling()
+    path = save_proof(tmp_path / "proof.json", prove(system, start, replace(SETTINGS, bits=1024, basin=0.0)))
+    verify(load_proof(path), system)
 
 
 def test_a_key_twice_and_a_long_one_are_refused(proof: Proof, tmp_path: Path) -> None:

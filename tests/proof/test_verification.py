@@ -9,12 +9,13 @@ from itertools import islice
 import numpy as np
 import pytest
 from examples import rimless_wheel, simplest_walker
+from flint import arb, arb_mat
 
 from amble.errors import InputError
 from amble.hybrid import HybridSystem
 from amble.proof import Proof, ProofError, Settings, prove, verification, verify
 from amble.proof.arithmetic import working_precision
-from amble.proof.quotient import claimed, complement, lyapunov, quotient, translations
+from amble.proof.quotient import claimed, complement, gershgorin, lyapunov, quotient, translations
 from amble.proof.verification import Recomputed, recomputed, require_claims
 from amble.stability.closed_loop_orbit import closed_loop_fixed_point
 from amble.types import Matrix, Vector
@@ -87,6 +88,26 @@ def test_claims_have_room_for_what_another_precision_makes_of_them() -> None:
     again = recomputed(proof, system)
     (low, high), (under, over) = map(Fraction, proof.proved.state["rate"]), map(Fraction, again.balls.state["rate"])
     assert 1.05 < (high - low) / (over - under) < 1.08
+
+
+def test_discs_in_another_precision_lie_within() -> None:
+    """Of matrices with complex pairs, eigenvectors come out in another length and phase; room is 1/16 of the radius."""
+    draws = np.random.default_rng(3)
+    for _ in range(20):
+        entries = draws.normal(size=16)
+        discs = []
+        for bits, radius in ((128, 17 / 16 * 1e-15), (181, 1e-15)):
+            with working_precision(bits):
+                balls = [arb(float(entry), radius) for entry in entries]
+                discs.append([ball for ball, alone in gershgorin(arb_mat(4, 4, balls)) if alone])
+        assert len(discs[0]) == len(discs[1])
+        for ball in discs[1]:
+            assert sum(other.contains(ball) for other in discs[0]) == 1
+
+
+def test_a_proof_by_default_settings_is_verified() -> None:
+    system, start = simplest_walker.long_step()
+    verify(prove(system, start, Settings(basin=0.0)), system)
 
 
 @pytest.mark.slow

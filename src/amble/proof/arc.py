@@ -15,7 +15,7 @@ from amble.proof.glide import NEWTON_STEPS, crossing, wished_length
 from amble.proof.leg import Leg
 from amble.proof.margins import MarginError, Watch
 from amble.proof.moving_set import MovingSet
-from amble.proof.step import Step, StepError
+from amble.proof.step import MOST_STEPS, Step, StepError
 from amble.proof.tape import NOT_ENCLOSED
 
 ATTEMPTS = 14
@@ -51,7 +51,7 @@ def follow(
     order: int,
     tolerance: float,
     lengths: Sequence[arb] | None = None,
-    most: int = 20000,
+    most: int = MOST_STEPS,
     progress: Progress = silent,
 ) -> Arc:
     """Move a set through a domain.

@@ -49,7 +49,9 @@ def gait_map(gait: Gait, system: HybridSystem, order: int, tolerance: float) -> 
     ]
     kept = {symmetry.name for symmetry in system.symmetries}
     turns = [generator(found) for found in symmetries(gait, control_of(gait)) if found.name not in kept]
-    return ReturnMap(system=system, legs=tuple(legs), order=order, tolerance=tolerance, turns=tuple(turns), record=gait.robot.hash)
+    return ReturnMap(
+        system=system, legs=tuple(legs), order=order, tolerance=tolerance, turns=tuple(turns), record=gait.robot.hash
+    )
 
 
 def require_provable(gait: Gait) -> None:

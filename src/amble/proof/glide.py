@@ -9,7 +9,7 @@ from flint import arb, ctx
 from amble.proof.arithmetic import horner
 from amble.proof.errors import ProofError
 from amble.proof.leg import Leg
-from amble.proof.step import Field
+from amble.proof.step import MOST_STEPS, Field
 
 NEWTON_STEPS = 20
 CAUTION = 0.5
@@ -35,7 +35,7 @@ def crossing(leg: Leg, clock: arb, polynomial: Sequence[Sequence[arb]], start: a
     return None
 
 
-def passed(leg: Leg, start: Sequence[arb], order: int, tolerance: float, most: int = 20000) -> list[arb]:
+def passed(leg: Leg, start: Sequence[arb], order: int, tolerance: float, most: int = MOST_STEPS) -> list[arb]:
     """Return where a point enters the next domain.
 
     Args:

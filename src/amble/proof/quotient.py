@@ -23,6 +23,9 @@ NEARER = 0.25
 RATE_MARGINS = (1e-6, 1e-5, 1e-4, 1e-3, 2e-3, 1e-2, 0.05)
 """Shares of the distance to 1 by which the proved rate may lie above the estimate of the spectral radius."""
 
+LARGE = 0.62
+"""Share of the largest entry from which an entry of an eigenvector is large; walkers have ratios of 1/2 and of 1."""
+
 
 def translations(system: HybridSystem, state: Vector) -> Matrix:
     """Return the symmetries of a system as columns, (n_x, n_symmetries).
@@ -179,7 +182,7 @@ def gershgorin(matrix: arb_mat) -> list[tuple[acb, bool]]:
     """
     try:
         # at the working precision: what floating point misses of T widens the discs of eigenvalues that are close
-        basis = acb_mat(matrix.mid()).eig(right=True, algorithm="approx")[1].mid()
+        basis = _scaled(acb_mat(matrix.mid()).eig(right=True, algorithm="approx")[1].mid())
         turned = (basis.inv() * acb_mat(matrix) * basis).tolist()
     except (ZeroDivisionError, ValueError):
         return []
@@ -190,3 +193,16 @@ def gershgorin(matrix: arb_mat) -> list[tuple[acb, bool]]:
     return [
         (ball, not any(ball.overlaps(other) for j, other in enumerate(balls) if j != i)) for i, ball in enumerate(balls)
     ]
+
+
+def _scaled(vectors: acb_mat) -> acb_mat:
+    """Scale every column so that one of its large entries is 1: discs, which depend on it, are then those of any precision.
+
+    The first entry that is nearly as large as the largest: which is the larger of two of one size rounding would say.
+    """
+    scaled = []
+    for column in zip(*vectors.tolist(), strict=True):
+        sizes = [float(abs(value).mid()) for value in column]
+        pivot = next(value for value, size in zip(column, sizes, strict=True) if size >= LARGE * max(sizes))
+        scaled.append([(value / pivot).mid() for value in column])
+    return acb_mat(scaled).transpose()

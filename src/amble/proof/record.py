@@ -7,7 +7,7 @@ number that was moved inward excludes what is computed, and is refused by name.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Literal
@@ -21,9 +21,11 @@ from amble.io.reader import read_record
 from amble.io.storage import atomic_write, dumps
 from amble.proof.arithmetic import decimals
 from amble.proof.basin import Basin
+from amble.proof.errors import ProofError
 from amble.proof.identity import system_hash
 from amble.proof.orbit import ProvedOrbit
 from amble.proof.return_map import ReturnMap
+from amble.proof.step import MOST_STEPS
 from amble.version import __version__
 
 EXTENT_SHARE = 1.0 - 2.0**-20
@@ -50,7 +52,8 @@ def _bounded(text: str) -> str:
 
 
 Decimal = Annotated[str, Field(pattern=r"^-?\d{1,200}(e-?\d{1,3})?$"), AfterValidator(_bounded)]
-Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,200}p-?\d{1,5}$"), AfterValidator(_bounded)]
+Dyadic = Annotated[str, Field(pattern=r"^-?\d{1,320}p-?\d{1,5}$"), AfterValidator(_bounded)]
+"""1024 bits have 309 digits."""
 
 
 def _ordered(pair: tuple[str, str]) -> tuple[str, str]:
@@ -62,8 +65,14 @@ def _ordered(pair: tuple[str, str]) -> tuple[str, str]:
 
 Pair = Annotated[tuple[Decimal, Decimal], AfterValidator(_ordered)]
 
-Steps = Annotated[list[Annotated[Dyadic, Field(pattern=r"^[1-9]")]], Field(max_length=2000)]
+Steps = Annotated[list[Annotated[Dyadic, Field(pattern=r"^[1-9]")]], Field(max_length=MOST_STEPS)]
 """Of a domain: positive; a gait needs about 12, and every one is computed again where a proof is verified."""
+
+MOST_WORK = 5e7
+"""Steps x order^2 x bits: verification's work on one system. A gait's proof has 2e6 to 4e6, and takes a minute."""
+
+Entries = Field(max_length=1000)
+"""Of what there is one for every state, domain, margin or eigenvalue."""
 
 
 class _Part(BaseModel):
@@ -88,14 +97,38 @@ class Found(_Part):
 
     order: int = Field(ge=4, le=40)
     bits: int = Field(ge=64, le=1024)
-    centre: list[Dyadic]
-    radii: list[Dyadic]
-    steps: list[Steps]
-    weight: list[list[float]]
+    centre: list[Dyadic] = Entries
+    radii: list[Dyadic] = Entries
+    steps: list[Steps] = Entries
+    weight: list[Annotated[list[float], Entries]] = Entries
     rate: Annotated[float, Field(gt=0.0, lt=1.0)] | None
-    basin_weight: list[list[float]]
+    basin_weight: list[Annotated[list[float], Entries]] = Entries
     basin_size: float | None
-    basin_steps: list[Steps]
+    basin_steps: list[Steps] = Entries
+
+    @model_validator(mode="after")
+    def _is_no_endless_work(self) -> Found:
+        too_much = endless(self.order, self.bits, [*self.steps, *self.basin_steps])
+        if too_much:
+            raise ValueError(too_much)
+        return self
+
+
+def endless(order: int, bits: int, steps: Sequence[Sequence[object]]) -> str:
+    """Say that a proof takes more work than is begun on; empty where it does not.
+
+    Args:
+        order: Q of the steps.
+        bits: of the arithmetic.
+        steps: of every domain, of the box and the basin.
+    """
+    count = sum(map(len, steps))
+    if count * order**2 * bits <= MOST_WORK:
+        return ""
+    return (
+        f"{count} steps of order {order} in {bits} bits are more work than is begun on (steps x order^2 x bits "
+        f"up to {MOST_WORK:g})"
+    )
 
 
 class Proved(_Part):
@@ -114,15 +147,15 @@ class Proved(_Part):
             record's decimal numbers at points along the orbit (``record_distance``); empty of other systems.
     """
 
-    state: dict[str, Pair]
-    shift: dict[str, Pair]
-    durations: list[Pair]
-    margins: list[dict[str, Decimal]]
-    multipliers: list[tuple[Pair, Pair]]
+    state: dict[str, Pair] = Entries
+    shift: dict[str, Pair] = Entries
+    durations: list[Pair] = Entries
+    margins: list[Annotated[dict[str, Decimal], Entries]] = Entries
+    multipliers: list[tuple[Pair, Pair]] = Entries
     unstable: Decimal | None
     basin_rate: float | None
-    basin_extent: list[float]
-    distance: dict[str, Decimal]
+    basin_extent: list[float] = Entries
+    distance: dict[str, Decimal] = Entries
 
 
 def _readable(version: object) -> object:
@@ -155,7 +188,7 @@ class Proof(_Part):
     version: Annotated[Literal[4], BeforeValidator(_readable)] = 4
     system: str
     half: bool = False
-    software: dict[str, str]
+    software: dict[str, str] = Entries
     found: Found
     proved: Proved
     basin_limit: str = Field(default="", max_length=1000)
@@ -205,8 +238,17 @@ def proof_of(
     distance: Mapping[str, arb],
     half: bool = False,
 ) -> Proof:
-    """Return what was found and proved as a file holds it; ``attracting``: the basin, what stopped a larger one."""
+    """Return what was found and proved as a file holds it; ``attracting``: the basin, what stopped a larger one.
+
+    Raises:
+        ProofError: it would not be read back, for the work that verification takes.
+    """
     basin, limit = attracting
+    too_much = endless(prepared.order, bits, [*orbit.lengths, *([] if basin is None else basin.lengths)])
+    if too_much:
+        raise ProofError(
+            f"{too_much}: fewer bits (--bits), another order of the steps (--order) or no basin (--basin 0)"
+        )
     balls = orbit_balls(prepared.system, orbit)
     found = Found(
         order=prepared.order,

@@ -23,6 +23,8 @@ from amble.proof.tape import NOT_ENCLOSED, Tape
 from amble.proof.taylor import Coefficients, Smooth, variation
 
 INFLATIONS = 4
+MOST_STEPS = 2000
+"""Of a domain, in a proof and its file."""
 
 
 class StepError(WorkError):
