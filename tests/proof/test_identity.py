@@ -22,8 +22,8 @@ from amble.proof.tape import Tape, record
 from tests.hybrids import travelling
 from tests.proof.test_switched_field import MARKS, PUSHES, pushed, sliding
 
-SAYS_ITSELF = {"order", "tolerance", "progress", "system"}
-"""Attributes of a prepared system that its file holds, or that are looked at apart."""
+SAYS_ITSELF = {"order", "tolerance", "progress", "system", "domain"}
+"""Attributes that a proof's file holds itself, or that are looked at apart."""
 
 
 def other_tape() -> Tape:
@@ -35,31 +35,31 @@ def variants(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Return a value with one number, text or tape in it changed, every one in turn."""
     if isinstance(value, Tape):
         yield path, other_tape()
-        for number, (where, constant) in enumerate(value.constants):
-            changed = [*value.constants]
-            changed[number] = where, float(np.nextafter(constant, np.inf))
-            yield f"{path} constant {number}", replace(value, constants=tuple(changed))
-    elif isinstance(value, arb):
-        yield path, arb(7) if not value.is_finite() else value + arb(2) ** -200
-    elif isinstance(value, bool) or value is None:
-        yield path, not value
-    elif isinstance(value, int):
-        yield path, value + 1
-    elif isinstance(value, float):
-        yield path, float(np.nextafter(value, np.inf))
-    elif isinstance(value, str):
-        yield path, f"{value} "
+        for where, other in variants(value.constants, f"{path} constant"):
+            yield where, replace(value, constants=other)
     elif isinstance(value, tuple):
         for number, entry in enumerate(value):
-            for where, changed in variants(entry, f"{path}[{number}]"):
-                yield where, (*value[:number], changed, *value[number + 1 :])
+            for where, other in variants(entry, f"{path}[{number}]"):
+                yield where, (*value[:number], other, *value[number + 1 :])
         if value:
             yield f"{path} shorter", value[:-1]
-    elif is_dataclass(value) and not isinstance(value, Domain):
+    elif is_dataclass(value):
         for part in fields(value):
-            if not (isinstance(value, ReturnMap) and part.name in SAYS_ITSELF):
-                for where, changed in variants(getattr(value, part.name), f"{path}.{part.name}"):
-                    yield where, replace(value, **{part.name: changed})  # type: ignore[type-var]
+            if part.name not in SAYS_ITSELF:
+                for where, other in variants(getattr(value, part.name), f"{path}.{part.name}"):
+                    yield where, replace(value, **{part.name: other})  # type: ignore[type-var]
+    else:
+        yield path, changed_leaf(value)
+
+
+def changed_leaf(value: Any) -> Any:
+    if isinstance(value, arb):
+        return value + arb(2) ** -200 if value.is_finite() else arb(7)
+    if isinstance(value, bool) or value is None:
+        return not value
+    if isinstance(value, float):
+        return float(np.nextafter(value, np.inf))
+    return value + 1 if isinstance(value, int) else f"{value} "
 
 
 def watched() -> ReturnMap:

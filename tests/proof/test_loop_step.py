@@ -120,7 +120,7 @@ def test_linear_systems_against_the_matrix_exponential(size: int, seed: int) -> 
 
 
 def test_defects_of_several_equations_do_not_cancel() -> None:
-    """The bounds of both defects are as 8 to 9, so that C = ((1, -8/9), (0, 1)) takes them to 0; what is missed adds up.
+    """Bounds of both defects are as 8 to 9, so that C = ((1, -8/9), (0, 1)) takes them to 0; what they miss adds up.
 
     A push cos 3 t on the first mass, its contrary with a spring on the second: the first goes on as the second does.
     """

@@ -109,8 +109,8 @@ def _sharp(leg: Leg, during: arb, box: Sequence[arb]) -> Part:
 def _crossing_tube(leg: Leg, clock: arb, hull: Sequence[arb]) -> tuple[Part, arb]:
     """Return what holds the motions on clock +- d, and d itself, such that every motion crosses within.
 
-    A tube holds them where it holds hull + [-d, d] f(tube): Picard's iterates then stay in it, and it is closed. It need
-    not be larger, so nothing is asked of coordinates that hardly move or are exact, whose tube is their hull.
+    A tube holds them where it holds hull + [-d, d] f(tube): Picard's iterates then stay in it, and it is closed. It
+    need not be larger, so nothing is asked of coordinates that hardly move or are exact, whose tube is their hull.
     """
     start = leg.field.part(clock, hull)
     value, speed = leg.rises(start)

@@ -196,7 +196,7 @@ def gershgorin(matrix: arb_mat) -> list[tuple[acb, bool]]:
 
 
 def _scaled(vectors: acb_mat) -> acb_mat:
-    """Scale every column so that one of its large entries is 1: discs, which depend on it, are then those of any precision.
+    """Scale every column so that one of its large entries is 1: discs depend on it, and are those of any precision.
 
     The first entry that is nearly as large as the largest: which is the larger of two of one size rounding would say.
     """
