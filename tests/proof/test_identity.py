@@ -33,15 +33,11 @@ def other_tape() -> Tape:
 
 def variants(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Return a value with one number, text or tape in it changed, every one in turn."""
-    if isinstance(value, Tape):
-        yield path, other_tape()
-        for where, other in variants(value.constants, f"{path} constant"):
-            yield where, replace(value, constants=other)
-    elif isinstance(value, tuple):
+    if isinstance(value, tuple):
         for number, entry in enumerate(value):
             for where, other in variants(entry, f"{path}[{number}]"):
                 yield where, (*value[:number], other, *value[number + 1 :])
-        if value:
+        if value and not isinstance(value[0], int):
             yield f"{path} shorter", value[:-1]
     elif is_dataclass(value):
         for part in fields(value):

@@ -168,7 +168,8 @@ class Tape:
 
     def listing(self) -> str:
         """Return all of it as text that is the same for the same expressions: constants are written exactly."""
-        return repr((self.steps, [(where, value.hex()) for where, value in self.constants], self.inputs, self.outputs))
+        constants = [(where, value.hex()) for where, value in self.constants]
+        return repr((self.steps, constants, self.inputs, self.outputs, self.places))
 
 
 def record(function: ca.Function) -> Tape:
