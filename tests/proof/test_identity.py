@@ -16,6 +16,7 @@ from amble.hybrid import Domain, HybridSystem, Symmetry, Transition
 from amble.proof.arithmetic import working_precision
 from amble.proof.identity import generator, system_hash
 from amble.proof.leg import Leg
+from amble.proof.loop_field import LoopField
 from amble.proof.return_map import ReturnMap
 from amble.proof.switched_field import SwitchedField
 from amble.proof.tape import Tape, record
@@ -110,6 +111,7 @@ def test_the_same_entries_at_other_places_are_another_system() -> None:
     """Of M and H the tapes hold the nonzeros alone."""
     with working_precision(128):
         base, (first, *rest) = sliding(), pushed().fields
+        assert isinstance(first, LoopField)
         moved = replace(first, loop=replace(first.loop, slope_places=((0, 0),)))
         field = SwitchedField((moved, *rest), pushed().ends)
         assert system_hash(base) != system_hash(replace(base, legs=(replace(base.legs[0], field=field),)))

@@ -12,6 +12,7 @@ from amble.gait import Gait
 from amble.gait.files import save_gait
 from amble.optional import require
 from amble.proof import save_proof, verification
+from amble.proof.identity import system_hash
 from amble.simulation import save_trace
 from amble.workflow import rewrite_report
 from amble.workflow.proved import proof_beside
@@ -63,7 +64,7 @@ def test_what_is_no_proof_is_refused(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_whose_proof_it_is_is_seen_by_its_expressions(stabilised_gait: Gait) -> None:
     """Of a gait whose loop is known: the hash of its expressions; any other is refused, and other numbers are."""
-    identity = verification.system_hash(verification._prepared(stabilised_gait, 20))
+    identity = system_hash(verification._prepared(stabilised_gait, 20))
     with pytest.raises(InputError, match="another number of states"):
         verification.require_same(forged(identity), stabilised_gait)
     with pytest.raises(InputError, match="of another system"):
