@@ -11,6 +11,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from amble.errors import InputError
 from amble.residual import Residual
+from amble.stability import lyapunov
 from amble.stability.lyapunov import (
     accumulated,
     least_eigenvalue_bound,
@@ -195,3 +196,15 @@ def test_it_says_what_it_is_in_json() -> None:
     assert tree["rate"] == found.rate
     assert np.array(tree["W"]).shape == (2, 2)
     assert isinstance(found.rows()[0], Residual)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_native_sum_is_that_of_numpy(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth above the radius, where it loses no digits, and below it, where it diverges."""
+    matrix = far_from_normal(seed)
+    scaled = matrix / (1.1 * radius(matrix)), matrix / (0.9 * radius(matrix))
+    found = [lyapunov._accumulated_both(one) for one in scaled]
+    monkeypatch.setattr(lyapunov, "numerical", lambda _: None)
+    for one, other in zip(found, map(lyapunov._accumulated_both, scaled), strict=True):
+        assert all(np.allclose(*pair, rtol=1e-10) for pair in zip(one, other, strict=True))
+    assert np.all(np.isinf(found[1]))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
 import functools
 from collections.abc import Sequence
 from pathlib import Path
 
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.codegen.compiler import Compiler, compiler
+
+NUMERICAL = ("-O3", "-std=gnu99", "-fPIC", "-shared")
+"""Without -ffast-math, so that what is no number is seen."""
 
 
 def built(source: Path, flags: Sequence[str], beside: Sequence[Path] = ()) -> Path | None:
@@ -24,6 +28,23 @@ def built(source: Path, flags: Sequence[str], beside: Sequence[Path] = ()) -> Pa
     """
     tool = compiler()
     return None if tool is None else _built(source, tuple(flags), tuple(beside), tool)
+
+
+@functools.cache
+def numerical(source: Path) -> ctypes.CDLL | None:
+    """Load a C file that computes and keeps nothing, compiled with what all such files are; kept for this process.
+
+    Args:
+        source: the C file, of this package.
+
+    Returns:
+        The library; None where there is no compiler, or no place for what it makes: numpy does the work then.
+    """
+    try:
+        path = built(source, NUMERICAL)
+    except OSError:
+        return None
+    return None if path is None else ctypes.CDLL(str(path))
 
 
 @functools.cache

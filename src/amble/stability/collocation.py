@@ -16,11 +16,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from amble.codegen.c_file import built
+from amble.codegen.c_file import numerical
 from amble.numerics.blas import addresses
 from amble.types import Matrix, NodeValues, Vector
 
-FLAGS = ("-O3", "-std=gnu99", "-fPIC", "-shared")
 ROUTINES = {"cython_blas": ("dgemm",), "cython_lapack": ("dgetrf", "dgetrs")}
 """What the C code calls, in its order."""
 
@@ -196,14 +195,10 @@ def _fundamental(rule: GaussRule, step: float, fields: NodeValues) -> Fundamenta
 
 @functools.cache
 def _native(rule: GaussRule) -> tuple[ctypes.CDLL, _Rule] | None:
-    """Return the library and the rule for it; None where there is no compiler, or no place for what it makes."""
-    try:
-        path = built(Path(__file__).with_suffix(".c"), FLAGS)
-    except OSError:
+    """Return the library and the rule for it; None where there is none."""
+    library = numerical(Path(__file__).with_suffix(".c"))
+    if library is None:
         return None
-    if path is None:
-        return None
-    library = ctypes.CDLL(str(path))
     library.amble_transported.argtypes = [
         ctypes.POINTER(_Rule), ctypes.c_int, ctypes.c_int, ctypes.c_double, DOUBLES, DOUBLES, DOUBLES, DOUBLES,
         INTEGERS, DOUBLES, DOUBLES,

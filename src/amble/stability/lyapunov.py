@@ -22,11 +22,16 @@ no eigenvalue of the symmetric M is below d - |R|; what rounding leaves uncertai
 
 from __future__ import annotations
 
+import ctypes
+import functools
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from amble.codegen.c_file import numerical
 from amble.errors import InputError
+from amble.numerics.blas import addresses
 from amble.residual import Residual
 from amble.types import Json, Matrix, frozen
 
@@ -77,11 +82,10 @@ def smoothed_radius(matrix: Matrix, trace: float) -> SmoothedRadius:
         raise InputError("the smoothed spectral radius is that of a finite matrix which is not zero")
     if not size < trace < np.inf:
         raise InputError(f"the trace is {trace:g}; it must be above {size}, the size of the matrix")
-    # trace W >= 1 / (1 - (rho / s)^2) and >= m + |A|_F^2 / s^2, and <= m / (1 - (|A|_2 / s)^2): both ends of the root
+    # trace W >= 1 / (1 - (rho / s)^2) and >= m + |A|_F^2 / s^2, and <= m / (1 - (|A|_F / s)^2): both ends of the root
     radius = float(np.abs(np.linalg.eigvals(matrix)).max())
     low = max(radius / np.sqrt(1.0 - 1.0 / trace), frobenius / np.sqrt(trace - size))
-    high = float(np.linalg.norm(matrix, 2)) / np.sqrt(1.0 - size / trace)
-
+    high = frobenius / np.sqrt(1.0 - size / trace)
     lower, upper, trial = 0.0, high * (1.0 + ROUNDING), float(low)
     for _ in range(MOST_STEPS):
         metric, dual = _accumulated_both(matrix / trial)
@@ -112,19 +116,21 @@ def _newton_step(metric: Matrix, dual: Matrix, trace: float) -> float:
 
 
 def _accumulated_both(matrix: Matrix) -> tuple[Matrix, Matrix]:
-    """Return W = sum_k (B^k)^T B^k and P = sum_k B^k (B^k)^T, as ``accumulated`` does."""
-    metric, dual, power = np.eye(len(matrix)), np.eye(len(matrix)), matrix
-    with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(DOUBLINGS):
-            terms = power.T @ metric @ power, power @ dual @ power.T
-            metric, dual = metric + terms[0], dual + terms[1]
-            sizes = np.trace(metric), np.trace(dual)
-            if not max(sizes) < DIVERGED:
-                return np.full_like(metric, np.inf), np.full_like(metric, np.inf)
-            if max(np.trace(terms[0]), np.trace(terms[1])) <= EPSILON * min(sizes):
-                break
-            power = power @ power
+    """Return W = sum_k (B^k)^T B^k and P = sum_k B^k (B^k)^T, as ``accumulated`` does; infinite where they diverge."""
+    library = numerical(Path(__file__).with_suffix(".c"))
+    if library is None:
+        return accumulated(matrix), accumulated(matrix.T)
+    power, (metric, dual) = np.array(matrix, dtype=np.float64, order="F"), np.empty((2, *matrix.shape))
+    places = (array.ctypes.data_as(ctypes.c_void_p) for array in (power, metric, dual, np.empty((2, *matrix.shape))))
+    power_at, *others = places
+    if not library.amble_accumulated(_gemm(), len(matrix), power_at, DOUBLINGS, ctypes.c_double(DIVERGED), *others):
+        return np.full_like(metric, np.inf), np.full_like(metric, np.inf)
     return 0.5 * (metric + metric.T), 0.5 * (dual + dual.T)
+
+
+@functools.cache
+def _gemm() -> ctypes.c_void_p:
+    return ctypes.c_void_p(*addresses({"cython_blas": ("dgemm",)}))
 
 
 def accumulated(matrix: Matrix) -> Matrix:
