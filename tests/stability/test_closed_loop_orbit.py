@@ -8,7 +8,13 @@ import numpy as np
 
 from amble.gait import Gait
 from amble.simulation import simulate
-from amble.stability.closed_loop_orbit import FIT_SAMPLES, FIT_TOLERANCE, closed_loop_fixed_point, feedback_on
+from amble.stability.closed_loop_orbit import (
+    FIT_SAMPLES,
+    FIT_TOLERANCE,
+    bare_fixed_point,
+    closed_loop_fixed_point,
+    feedback_on,
+)
 from tests.phases import on_phase
 
 
@@ -29,3 +35,16 @@ def test_an_orbit_is_one_over_the_configuration_too(walking_gait: Gait) -> None:
     domain = swaying.domains[0]
     early, late = (np.asarray(domain.field(t, again.state, domain.parameters)) for t in (0.0, 0.3))
     np.testing.assert_array_equal(early, late)
+
+
+def test_the_fixed_point_of_the_latest_gait_is_kept(stabilised_gait: Gait) -> None:
+    """Of that object alone, and under the outputs of the gait problem."""
+    system, found = bare_fixed_point(stabilised_gait)
+    again = bare_fixed_point(stabilised_gait)
+    assert again == (system, found)
+    assert again[1] is found
+    other = replace(stabilised_gait)
+    moved = bare_fixed_point(other)[1]
+    assert moved is not found
+    np.testing.assert_array_equal(moved.state, found.state)
+    assert bare_fixed_point(stabilised_gait)[1] is not found

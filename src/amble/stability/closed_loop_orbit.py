@@ -96,12 +96,30 @@ def _in_one_order(
     return found
 
 
+_latest: list[tuple[Gait, HybridSystem, FixedPoint]] = []
+
+
+def bare_fixed_point(gait: Gait, progress: Progress | None = None) -> tuple[HybridSystem, FixedPoint]:
+    """Return the closed loop and its fixed point under the outputs of the gait problem, feedback left out.
+
+    That of the latest gait is kept: who has looked whether its orbit is the recorded one stabilises it next, and where
+    feet land one by one an unstable gait's fixed point takes a minute. Arguments and errors are those of
+    ``closed_loop_fixed_point``, with one order of landing where the orbit needs it.
+    """
+    for known, system, point in _latest:
+        if known is gait:
+            return system, point
+    system, point = closed_loop_fixed_point(replace(gait, feedback=None, control=None), progress, one_order=True)
+    _latest[:] = [(gait, system, point)]
+    return system, point
+
+
 def own_feedback(gait: Gait) -> Feedback:
     """Return the feedback at theta_0: references of the closed loop's own orbit, weights of the gait problem.
 
     Errors as in ``closed_loop_fixed_point``; InputError where the phase does not grow all along the orbit.
     """
-    system, found = closed_loop_fixed_point(replace(gait, feedback=None, control=None), one_order=True)
+    system, found = bare_fixed_point(gait)
     trace = simulate(system, found.state, 1, FIT_TOLERANCE, samples=FIT_SAMPLES)
     return feedback_on(gait, trace)
 

@@ -12,7 +12,7 @@ from amble.gait import Gait
 from amble.gait.files import load_gait
 from amble.progress import Progress
 from amble.residual import worst_first
-from amble.stability.closed_loop_orbit import closed_loop_fixed_point
+from amble.stability.closed_loop_orbit import bare_fixed_point
 from amble.stability.orbit_conditions import RECORD, entry_rows
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.refine import refine
@@ -144,7 +144,7 @@ def missed_orbit(gait: Gait, progress: Progress | None = None) -> float:
         progress: called after every Newton step.
     """
     try:
-        state = closed_loop_fixed_point(replace(gait, feedback=None, control=None), progress, one_order=True)[1].state
+        state = bare_fixed_point(gait, progress)[1].state
     except WorkError:
         return 0.0
     return max(abs(row.value) for row in entry_rows(replace(gait, feedback=None), state))
