@@ -10,14 +10,15 @@ import pytest
 from examples.extending.phase_configuration import ConfigurationPhase
 
 from amble.control.outputs import selection_matrix
-from amble.control.phase import DomainPhase
+from amble.control.phase import DomainPhase, TimePhase
 from amble.control.stance_functions import fall_margin
 from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.closed_loop import closed_loop, start_state
 from amble.gait.constraints import loop_parameters
 from amble.gait.linearising_law import keeps_phase
-from amble.hybrid import FLAT, Contacts, Domain, HybridSystem, Plane, Symmetry
+from amble.hybrid import FLAT, Contacts, Domain, HybridSystem, Plane, Stance, Symmetry
+from amble.robot import Robot
 from amble.simulation import simulate
 from amble.types import Matrix, Vector
 from amble.verification.output_dynamics import OutputDynamics
@@ -229,6 +230,14 @@ def test_numbers_at_which_the_phase_has_no_value_are_refused(walking_gait: Gait)
     assert replace(gait, domains=(gait.domains[0], still[1])).domains[1] is still[1]
 
 
+class SwitchedPhase(TimePhase):
+    """The clock's phase, with a step where the base turns to the other side: no slope shows it."""
+
+    def value(self, robot: Robot, stance: Stance, share: ca.SX, q: ca.SX, numbers: ca.SX) -> ca.SX:
+        """Add it."""
+        return super().value(robot, stance, share, q, numbers) + 1e-3 * ca.sign(q[robot.coordinate_index("yaw")])
+
+
 def test_what_changes_the_phase_is_no_symmetry(walking_gait: Gait) -> None:
     """The base over its feet along y keeps still where the robot is moved, not where it turns."""
     size = walking_gait.robot.size
@@ -243,3 +252,6 @@ def test_what_changes_the_phase_is_no_symmetry(walking_gait: Gait) -> None:
     assert not keeps_phase(swaying, along_yaw)
     assert keeps_phase(turning, along_y)
     assert not keeps_phase(turning, along_yaw)
+    switched = replace(walking_gait, outputs=replace(walking_gait.outputs, phase=SwitchedPhase()))
+    assert keeps_phase(switched, along_y)
+    assert not keeps_phase(switched, along_yaw)

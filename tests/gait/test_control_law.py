@@ -35,6 +35,36 @@ class ReadingRoll(Reading):
     coordinate = "roll"
 
 
+class Switching(Reading):
+    """A push that switches with a coordinate, far from the orbit or on it: none has a slope."""
+
+    def torques(self, contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
+        """Add it to what joints and clock say."""
+        at = q[contacts.robot.coordinate_index(self.coordinate)]
+        return JointImpedance.torques(self, contacts, t, q, v, p) + self.switched(at)
+
+    def switched(self, at: ca.SX) -> ca.SX:
+        return 1e-3 * ca.sign(at)
+
+
+class SwitchingYaw(Switching):
+    """The heading, which no translation moves."""
+
+    coordinate = "yaw"
+
+    def switched(self, at: ca.SX) -> ca.SX:
+        return ca.if_else(at < 0.5, 0, 1.0)
+
+
+class StepsOfHeight(Switching):
+    """The height in steps."""
+
+    coordinate = "z"
+
+    def switched(self, at: ca.SX) -> ca.SX:
+        return ca.floor(100 * at)
+
+
 class ReadingHeight(Reading):
     """The height, which no symmetry changes."""
 
@@ -48,6 +78,9 @@ class ReadingHeight(Reading):
         (ReadingHeight(), {"x", "y", "yaw"}),
         (Reading(), {"y"}),
         (ReadingRoll(), {"x", "y"}),
+        (Switching(), {"y"}),
+        (SwitchingYaw(), {"x", "y"}),
+        (StepsOfHeight(), {"x", "y", "yaw"}),
     ],
 )
 def test_what_a_law_reads_it_does_not_keep(stabilised_gait: Gait, law: TorqueLaw, kept: set[str]) -> None:

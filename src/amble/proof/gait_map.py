@@ -14,17 +14,16 @@ from amble.control.loop_equations import LoopEquations
 from amble.control.stance_functions import LOWEST_BASE, STEEPEST, reset
 from amble.errors import InputError
 from amble.gait import Gait
-from amble.gait.closed_loop import symmetries
 from amble.gait.control_law import Numbers
 from amble.gait.linearising_law import control_of
 from amble.hybrid import Contacts, Domain, HybridSystem, Stance, Switch, Transition, impact
-from amble.proof.identity import generator
 from amble.proof.leg import Leg, Surface, reset_tape
 from amble.proof.loop_field import LoopField
 from amble.proof.loop_tapes import LoopTapes
 from amble.proof.margins import Margins
 from amble.proof.return_map import ReturnMap
 from amble.proof.switched_field import SwitchedField
+from amble.proof.turns import turns
 from amble.robot import kinematics
 
 ARGUMENTS = ["t", "x", "p"]
@@ -40,17 +39,20 @@ def gait_map(gait: Gait, system: HybridSystem, order: int, tolerance: float) -> 
         tolerance: size of a step's remainder that the step length aims at.
 
     Raises:
-        InputError: as ``require_provable``.
+        InputError: as ``require_provable`` and ``turns``.
     """
     require_provable(gait)
     legs = [
         _leg(gait, switch, domain, transition)
         for switch, (domain, transition) in zip(gait.pattern.switches, system.cycle(), strict=True)
     ]
-    kept = {symmetry.name for symmetry in system.symmetries}
-    turns = [generator(found) for found in symmetries(gait, control_of(gait)) if found.name not in kept]
     return ReturnMap(
-        system=system, legs=tuple(legs), order=order, tolerance=tolerance, turns=tuple(turns), record=gait.robot.hash
+        system=system,
+        legs=tuple(legs),
+        order=order,
+        tolerance=tolerance,
+        turns=turns(gait, system),
+        record=gait.robot.hash,
     )
 
 

@@ -45,8 +45,8 @@ def quotient(derivative: arb_mat, along: Matrix, turns: Sequence[Sequence[arb]] 
     """Return the block of the derivative on the quotient by the symmetries.
 
     With T = (Xi, eta, U) invertible, D (Xi, eta) = (Xi, eta) S, so T^-1 D T is block triangular with the quotient's
-    block last. Of Xi that is proved of the expressions (``invariance``), of eta it is the gait's word; the block of
-    zeros is enclosed too, and has to hold them.
+    block last. Of Xi that is proved of the expressions (``invariance``), of eta of what a law writes (``turns``); the
+    block of zeros is enclosed too, and has to hold them.
 
     Args:
         derivative: D.

@@ -28,7 +28,7 @@ class ReturnMap:
         tolerance: size of a step's remainder that the step length aims at.
         progress: called after every step.
         turns: generators, tapes over x, of symmetries that are no translations and that the cycle reverses, as the
-            mirror does with a turn about the vertical; that the system has them is the modeller's word.
+            mirror does with a turn about the vertical; of a gait's law they are proved (``turns``).
         record: hash of the robot record whose decimal numbers a gait's expressions are held against.
     """
 
