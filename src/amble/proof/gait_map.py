@@ -51,7 +51,7 @@ def gait_map(gait: Gait, system: HybridSystem, order: int, tolerance: float) -> 
         legs=tuple(legs),
         order=order,
         tolerance=tolerance,
-        turns=turns(gait, system),
+        turns=turns(gait, [symmetry.name for symmetry in system.symmetries]),
         record=gait.robot.hash,
     )
 

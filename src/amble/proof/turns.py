@@ -6,6 +6,8 @@ Of level ground a turn is a symmetry by mechanics; what remains is the law (docs
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import casadi as ca
 
 from amble.errors import InputError
@@ -13,19 +15,23 @@ from amble.gait import Gait
 from amble.gait.closed_loop import symmetries
 from amble.gait.control_law import ControlLaw, Numbers, TorqueLaw
 from amble.gait.linearising_law import InputOutputLinearisation, control_of
-from amble.hybrid import HybridSystem, Stance, Symmetry
+from amble.hybrid import Stance, Symmetry
 from amble.numerics.unseen import unseen
 from amble.proof.identity import generator
 from amble.proof.tape import Tape
 
 
-def turns(gait: Gait, system: HybridSystem) -> tuple[Tape, ...]:
-    """Return the generators of what a gait's law keeps and its half cycle reverses, which a system leaves out.
+def turns(gait: Gait, kept: Collection[str]) -> tuple[Tape, ...]:
+    """Return the generators of what a gait's law keeps and its half cycle reverses.
+
+    Args:
+        gait: the gait.
+        kept: names of the symmetries that the half cycle keeps.
 
     Raises:
         InputError: the law says that it keeps one, and that is not proved.
     """
-    control, kept = control_of(gait), {symmetry.name for symmetry in system.symmetries}
+    control = control_of(gait)
     found = [symmetry for symmetry in symmetries(gait, control) if symmetry.name not in kept]
     for symmetry in found:
         for stance, numbers in zip(gait.pattern.solved, control.numbers(gait, None), strict=True):
