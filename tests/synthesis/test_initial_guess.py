@@ -16,8 +16,8 @@ from amble.synthesis.initial_guess import (
     grounded_posture,
     initial_guess,
     inverse_kinematics,
-    starting_durations,
     stance_span,
+    starting_durations,
 )
 from amble.synthesis.layout import DomainLayout, Layout, build_layout
 from amble.types import Vector

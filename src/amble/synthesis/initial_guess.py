@@ -178,7 +178,7 @@ def starting_durations(problem: GaitProblem) -> dict[str, float]:
     """
     solved, feet = problem.pattern.solved, len(problem.pattern.robot.foot_names)
     standing = {domain.name: len(domain.feet) for domain in solved}
-    crawls = feet > 2 and set(standing.values()) == {feet - 1, feet}  # noqa: PLR2004
+    crawls = feet > 2 and set(standing.values()) == {feet - 1, feet}
     shares = {feet: CRAWL_STANDING, feet - 1: CRAWL_SWINGING} if crawls else {}
     allowed = problem.limits.durations.items()
     return {name: low + shares.get(standing[name], 0.5) * (high - low) for name, (low, high) in allowed}
