@@ -37,8 +37,8 @@ DAMPING = 0.03
 foot that passes under a vertical hip axis does not turn the leg around: that of ASTRo's crawl went to 7.6 rad."""
 
 CRAWL_STANDING, CRAWL_SWINGING = 0.15, 0.8
-"""Shares of their ranges at which domains of a crawl begin: optima of twelve robots stand on all feet as briefly as they
-may and swing as long as they may."""
+"""Shares of their ranges at which domains of a crawl begin: the optima of seven robots stand on all feet as briefly as
+they may and swing as long as they may."""
 
 KINEMATIC_STEPS = 8
 
