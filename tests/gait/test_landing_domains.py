@@ -30,7 +30,7 @@ from amble.stability.monodromy import prepare_variational
 from amble.stability.stabilize import stabilize
 from amble.stability.weight_search import WeightSearch
 from amble.synthesis import gait_problem, synthesize
-from amble.synthesis.landing_rows import RELEASE, landing_blocks
+from amble.synthesis.landing_rows import landing_blocks
 from amble.synthesis.layout import build_layout
 from amble.synthesis.link_blocks import switch_block
 from amble.synthesis.node_block import parameter_values

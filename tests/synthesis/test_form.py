@@ -80,6 +80,7 @@ def changes(problem: GaitProblem) -> dict[str, GaitProblem]:
         "cost": replace(problem, cost=HeavyTorque()),
         "lateral_speed": replace(problem, lateral_speed=problem.lateral_speed + 0.05),
         "yaw_rate": replace(problem, yaw_rate=problem.yaw_rate + 0.1),
+        "release": replace(problem, release=0.5 * problem.release),
         "outputs_by_default": replace(problem, outputs_by_default=not problem.outputs_by_default),
         "limits.durations": limited(problem, durations=scaled(limits.durations, 0.9)),
         "limits.positions": raised(problem),

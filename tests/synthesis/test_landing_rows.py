@@ -17,7 +17,7 @@ from amble.robot import catalogue, kinematics
 from amble.robot.natural_units import velocity_unit
 from amble.synthesis import gait_problem
 from amble.synthesis.initial_guess import initial_guess
-from amble.synthesis.landing_rows import DEPTH, RELEASE, depth_rows, landing_blocks, release_rows
+from amble.synthesis.landing_rows import DEPTH, depth_rows, landing_blocks, release_rows
 from amble.synthesis.layout import build_layout
 from amble.synthesis.link_blocks import switch_block
 from amble.synthesis.node_block import parameter_values

@@ -22,10 +22,11 @@ from amble.robot.catalogue import Posture
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
 from amble.synthesis.layout import build_layout
+from amble.synthesis.possible import require_possible
 from amble.synthesis.program import GaitProgram, build_program, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
 from amble.synthesis.solve import SOLVERS, Solution, Solver, Start, ipopt, ipopt_structured
-from amble.synthesis.synthesize import GaitNotSolvedError, regular_outputs, require_possible
+from amble.synthesis.synthesize import GaitNotSolvedError, regular_outputs
 from amble.verification.check import check
 from tests import quadruped
 from tests.robots import ROBOTS, robot

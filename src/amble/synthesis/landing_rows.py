@@ -12,9 +12,11 @@ import casadi as ca
 import numpy as np
 
 from amble.control.landing import landing_motion
-from amble.hybrid import Contacts, Stance, Switch, impact
+from amble.gait import Gait
+from amble.hybrid import Contacts, GaitPattern, Stance, Switch, impact
 from amble.hybrid.constrained_dynamics import selection
 from amble.hybrid.ground import into_frame
+from amble.hybrid.landing import steps
 from amble.io.quantities import load_units
 from amble.names import identifier
 from amble.robot import dynamics, kinematics
@@ -22,14 +24,13 @@ from amble.robot.natural_units import velocity_unit
 from amble.synthesis.block import Block, Label
 from amble.synthesis.layout import MARGIN, LandingLayout, Layout
 from amble.synthesis.node_block import ProgramParameters
-from amble.synthesis.problem import GaitProblem
+from amble.synthesis.problem import RELEASE, GaitProblem
 from amble.synthesis.rows import RowGroup, RowKind
 from amble.types import Vector
 
-RELEASE = 0.001
-"""Least speed of a released foot away from the ground, as a share of sqrt(g l): from a start beside the orbit a slower
-one would touch the ground at once."""
-
+SLOW_RELEASE = 1e-5
+"""The same where no gait has been found (``synthesize``). A released foot rested: what it has behind a landing comes
+from this impact alone, which reaches it through the whole robot, 0.0001 to 0.001 of the speed of the foot that lands."""
 
 DEPTH = 0.01
 """Least depth below the ground that a landing foot would go on to, as a share of the leg length. ANYmal C's walk had
@@ -80,10 +81,32 @@ def release_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX, where
         v: their rates behind the impact, (n_q,).
         where: which impact, for the labels.
     """
-    least = RELEASE * velocity_unit(problem.pattern.robot)
+    least = problem.release * velocity_unit(problem.pattern.robot)
     labels = RowKind.LANDING_ORDER.labels((f"{where}: velocity up {foot}" for foot in switch.lifting), "m/s")
     rows = [_upwards(problem, foot, q, v) for foot in switch.lifting]
     return RowGroup(rows=rows, labels=labels, lower=[least] * len(rows), upper=[np.inf] * len(rows))
+
+
+def releases(pattern: GaitPattern) -> bool:
+    """Whether a landing of the solved domains releases feet."""
+    return any(switch.landing and switch.lifting for switch in pattern.switches)
+
+
+def released_slowly(problem: GaitProblem, gait: Gait) -> bool:
+    """Whether a gait was found with ``SLOW_RELEASE``: its slowest foot that a landing releases is between the two.
+
+    Half of both, since a start may be of another mesh or a neighbouring problem.
+    """
+    pattern, robot, speeds = problem.pattern, problem.pattern.robot, list[float]()
+    for switch, trajectory in zip(pattern.switches, gait.domains, strict=True):
+        if not (switch.landing and switch.lifting):
+            continue
+        q, v = ca.DM(trajectory.positions[-1]), ca.DM(trajectory.velocities[-1])
+        for stance in dict.fromkeys(step.target for step in steps(switch, pattern.landing_rule, robot.foot_names)):
+            after = impact(pattern.contacts(stance), q, v)[0]
+            speeds += [float(_upwards(problem, foot, q, after)) for foot in switch.lifting]
+    slowest = min(speeds, default=np.inf) / velocity_unit(robot)
+    return bool(0.5 * SLOW_RELEASE <= slowest < 0.5 * problem.release)
 
 
 def depth_rows(problem: GaitProblem, switch: Switch, q: ca.SX, v: ca.SX, a: ca.SX) -> RowGroup:

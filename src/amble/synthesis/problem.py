@@ -27,6 +27,10 @@ logger = logging.getLogger("amble")
 MOST_INTERVALS = 10_000
 """Of a domain."""
 
+RELEASE = 0.001
+"""Least speed of a released foot away from the ground, as a share of sqrt(g l): from a start beside the orbit a slower
+one would touch the ground at once."""
+
 LARGEST_AVERAGED = 0.05
 """Largest relative asymmetry that is averaged unasked; real files have 1e-4 to 0.2."""
 
@@ -52,6 +56,7 @@ class GaitProblem:
         cost: what is minimised.
         outputs_by_default: whether nobody said which coordinates are controlled, so that ``synthesize`` may choose
             others where these can hardly be decoupled along the motion.
+        release: least speed away from the ground of a foot that a landing releases, as a share of sqrt(g l).
     """
 
     pattern: GaitPattern
@@ -67,6 +72,7 @@ class GaitProblem:
     lateral_speed: float = 0.0
     yaw_rate: float = 0.0
     outputs_by_default: bool = False
+    release: float = RELEASE
 
     @property
     def command(self) -> Command:
@@ -77,6 +83,8 @@ class GaitProblem:
         """Check numbers and names."""
         _possible(self.command, self.pattern)
         check_amount("intervals a domain", self.intervals, 2, MOST_INTERVALS)
+        if not 0.0 < self.release <= 1.0:
+            raise InputError(f"the least speed of a released foot is {self.release:g} sqrt(g l); it must be in (0, 1]")
         if not all(gain > 0.0 for gain in self.gains):
             raise InputError(f"the output gains are {self.gains}; both must be positive")
         if "x" not in self.pattern.ground.translations:

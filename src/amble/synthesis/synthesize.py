@@ -1,98 +1,40 @@
-"""From a gait problem to a gait; what no gait of a problem can do is said before a solver spends minutes on it."""
+"""From a gait problem to a gait, by several ways where the first finds none."""
 
 from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from amble.amounts import check_amount
 from amble.control import DomainOutputs, Outputs
 from amble.control.outputs import least_share, left_out_along
-from amble.errors import InputError, NotSolvedError, listed, printable
+from amble.errors import NotSolvedError
 from amble.gait import Gait, LagrangeMultipliers
 from amble.progress import Progress
-from amble.robot.kinematics import foot_position
 from amble.robot.natural_units import velocity_unit
-from amble.robot.plausibility import doubts
 from amble.synthesis.initial_guess import initial_guess
+from amble.synthesis.landing_rows import SLOW_RELEASE, released_slowly, releases
+from amble.synthesis.possible import require_possible
 from amble.synthesis.problem import GaitProblem
 from amble.synthesis.program import GaitProgram, Structure, build_program, on_coarse_mesh, require_full_rank
 from amble.synthesis.result import from_gait, to_gait
-from amble.synthesis.solve import MOST_ITERATIONS, SOLVERS, Solution, Solver, Start, ipopt, ipopt_structured
+from amble.synthesis.solve import (
+    MOST_ITERATIONS,
+    SOLVERS,
+    Solution,
+    Solver,
+    Start,
+    ipopt,
+    ipopt_mumps,
+    ipopt_structured,
+)
 from amble.synthesis.solve_near import solve_near
 from amble.types import Vector
 
 logger = logging.getLogger("amble")
-
-OFF_GROUND = 0.25
-"""Distance of a foot from the ground at the posture, as a share of the leg length, from which no solver starts."""
-
-
-def require_possible(problem: GaitProblem) -> None:
-    """Refuse a problem that cannot have a solution or a start; log what is odd about its robot and posture.
-
-    Raises:
-        InputError: the base must keep higher than legs are long, feet are far off the ground at the posture, or the
-            legs cannot move the feet of a stance against each other.
-    """
-    robot, limits = problem.pattern.robot, problem.limits
-    lowest = limits.positions.get("z", (-np.inf, np.inf))[0]
-    if lowest - float(problem.pattern.ground.height(0.0, 0.0)) > robot.leg_length:
-        raise InputError(
-            f"the base must keep above {lowest:g} m (limits of z), but no leg of robot '{robot.name}' is longer than "
-            f"{robot.leg_length:.3g} m"
-        )
-    _require_feet_near_ground(problem)
-    _require_free_legs(problem)
-    for doubt in (*doubts(robot), *_outside(problem)):
-        logger.warning("%s", printable(doubt))
-
-
-def _require_feet_near_ground(problem: GaitProblem) -> None:
-    robot, ground = problem.pattern.robot, problem.pattern.ground
-    q = problem.posture.coordinates(robot)
-    places = [np.asarray(foot_position(robot, foot, q)).ravel() for foot in robot.foot_names]
-    base = float(ground.height(0.0, 0.0))
-    heights = {
-        foot: float(place[2] + base - ground.height(place[0], place[1]))
-        for foot, place in zip(robot.foot_names, places, strict=True)
-    }
-    foot = max(heights, key=lambda name: abs(heights[name]))
-    if abs(heights[foot]) > OFF_GROUND * robot.leg_length:
-        fitting = problem.posture.height - float(np.median(list(heights.values())))
-        raise InputError(
-            f"at the posture foot '{foot}' is {heights[foot]:.3g} m above the ground; with these angles the height of "
-            f"the posture would be about {fitting:.3g} m"
-        )
-
-
-def _require_free_legs(problem: GaitProblem) -> None:
-    """Refuse a stance in which contacts depend on each other: no torque determines the forces along such directions."""
-    pattern = problem.pattern
-    q = problem.posture.coordinates(pattern.robot)
-    for stance in pattern.solved:
-        tied = pattern.contacts(stance).dependent(tuple(map(float, q)))
-        if tied:
-            raise InputError(
-                f"robot '{pattern.robot.name}' cannot stand on {', '.join(stance.feet)} (stance '{stance.name}'): its "
-                f"legs have no joints that move these feet against each other, so that {listed(tied)} "
-                "depend on each other and no torque determines the forces there; choose a gait on other feet"
-            )
-
-
-def _outside(problem: GaitProblem) -> list[str]:
-    """What of the posture lies outside its bounds: the solver starts inside them."""
-    robot, found = problem.pattern.robot, []
-    q = problem.posture.coordinates(robot)
-    for name, (low, high) in problem.limits.positions.items():
-        value = float(q[robot.coordinate_index(name)])
-        if not low <= value <= high:
-            found.append(f"the posture has {name} at {value:.4g}, outside {low:.4g} to {high:.4g}; it is moved inside")
-    return found
-
 
 COARSER, FIRST_TRY, LATER_TRY = 8, 250, 125
 """Intervals from which what is not solved in so many iterations is tried from half of them, each in so many more."""
@@ -154,6 +96,8 @@ def synthesize(
     run = SOLVERS[solver]
     check_amount("iterations", most_iterations, 1, MOST_ITERATIONS)
     require_possible(problem)
+    if start is not None and released_slowly(problem, start):
+        problem = replace(problem, release=min(problem.release, SLOW_RELEASE))
     by_half = start is None and problem.intervals >= COARSER and most_iterations > FIRST_TRY
     how = (tolerance, most_iterations, progress)
     gait = _by_several_ways(problem, run, *how) if by_half else _solved(problem, start, run, *how)
@@ -211,8 +155,9 @@ def _by_several_ways(
     """Solve on the whole mesh; else by way of half the intervals, another way through the same problem and a cheap one.
 
     Half the intervals are solved from the kinematic walk, then from a gait whose feet may land as fast as they like:
-    HyQ's trot, refused on 15 intervals, is solved on 8, Vision60's bound only from such a gait. Where the structured
-    solver refused a system MUMPS comes last: a system takes it many times as long.
+    HyQ's trot, refused on 15 intervals, is solved on 8, Vision60's bound only from such a gait. Then feet that a
+    landing releases may leave slowly (``SLOW_RELEASE``): the paces of both are not solved otherwise. Where the
+    structured solver refused a system MUMPS comes last: a system takes it many times as long.
 
     Raises:
         GaitNotSolvedError: no way helps; the error is that of the whole mesh.
@@ -223,24 +168,36 @@ def _by_several_ways(
         return tries.solve(problem, None, quick, FIRST_TRY)
     except GaitNotSolvedError as error:
         unsolved = error
-    half = replace(problem, intervals=(problem.intervals + 1) // 2)
-    for eased in (False, True):
+    for asked, eased in _ways(problem):
+        half = replace(asked, intervals=(problem.intervals + 1) // 2)
         try:
             start = tries.solve(_eased(half), None, quick, LATER_TRY) if eased else None
             coarse = tries.solve(half, start, quick, LATER_TRY)
-            found = tries.solve(problem, coarse, quick, LATER_TRY)
+            found = tries.solve(asked, coarse, quick, LATER_TRY)
         except NotSolvedError:
             continue
         logger.warning(
-            "not solved on %d intervals from the kinematic walk (%s), but from the gait of %d intervals",
+            "not solved on %d intervals from the kinematic walk (%s), but from the gait of %d intervals%s",
             problem.intervals,
             unsolved.status,
             half.intervals,
+            "" if asked is problem else f"; feet that a landing releases rise at {asked.release:g} sqrt(g l) at least",
         )
         return found
-    if not unsolved.refused:
+    if not unsolved.refused or run is not ipopt:
         raise unsolved
-    return tries.solve(problem, None, run, most_iterations)
+    try:
+        return tries.solve(problem, None, partial(ipopt_mumps, reason=unsolved.refused), most_iterations)
+    except GaitNotSolvedError:
+        raise unsolved from None
+
+
+def _ways(problem: GaitProblem) -> list[tuple[GaitProblem, bool]]:
+    """What is tried after the kinematic walk, and whether it comes from an eased gait."""
+    ways = [(problem, False), (problem, True)]
+    if releases(problem.pattern) and problem.release > SLOW_RELEASE:
+        ways.append((replace(problem, release=SLOW_RELEASE), False))
+    return ways
 
 
 def _eased(problem: GaitProblem) -> GaitProblem:

@@ -16,7 +16,7 @@ from amble.stability import Certificate, certify
 from amble.stability.stabilize import stabilization
 from amble.synthesis.program import build_program
 from amble.synthesis.sweep import solve_from
-from amble.synthesis.synthesize import require_possible
+from amble.synthesis.possible import require_possible
 from amble.types import Json
 from amble.workflow.library.axes import LibrarySpecification
 from amble.workflow.library.numbers import certificate_numbers, gait_numbers, stabilisation_numbers
