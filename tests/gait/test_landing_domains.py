@@ -34,6 +34,7 @@ from amble.synthesis.landing_rows import landing_blocks
 from amble.synthesis.layout import build_layout
 from amble.synthesis.link_blocks import switch_block
 from amble.synthesis.node_block import parameter_values
+from amble.synthesis.problem import RELEASE
 from amble.synthesis.result import from_gait
 from amble.types import Matrix, Vector
 from amble.verification.check import check

@@ -21,6 +21,7 @@ from amble.robot import Adaptation, Robot, catalogue, load_robot
 from amble.robot.catalogue import Posture
 from amble.synthesis import GaitProblem, gait_problem, synthesize
 from amble.synthesis.initial_guess import initial_guess
+from amble.synthesis.landing_rows import SLOW_RELEASE
 from amble.synthesis.layout import build_layout
 from amble.synthesis.possible import require_possible
 from amble.synthesis.program import GaitProgram, build_program, require_full_rank
@@ -231,30 +232,52 @@ def test_what_is_not_solved_is_tried_from_a_coarser_mesh(
     else:
         with pytest.raises(GaitNotSolvedError, match="Maximum_Iterations_Exceeded") as caught:
             synthesize(problem, solver="giving up")
-        assert tried == [8, 4, 4]  # the third is the one whose feet land as fast as they like
+        # the third is the one whose feet land as fast as they like, the fourth the one whose feet leave slowly
+        assert tried == [8, 4, 4, 4]
         assert (caught.value.last.domains[0].times.size - 1) // 2 == 8
 
 
 def test_a_refused_system_is_left_to_half_the_intervals_before_mumps(
     small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The structured solver refuses on both meshes; the whole mesh alone comes to the solver that has MUMPS."""
+    """The structured solver refuses on both meshes; the whole mesh alone comes to MUMPS, and the reason stays."""
     tried: list[tuple[str, int, int]] = []
+    why = "IPOPT regularises the equality rows"
 
     def solver(name: str, refused: str) -> Solver:
-        def solve(program: GaitProgram, start: Start, tolerance: float, most: int, _: Progress | None) -> Solution:
+        def solve(
+            program: GaitProgram, start: Start, tolerance: float, most: int, _: Progress | None, reason: str = ""
+        ) -> Solution:
             tried.append((name, program.problem.intervals, most))
+            assert reason == ("" if refused else why)
             return replace(ipopt_structured(program, start, tolerance, 1, None), refused=refused)
 
         return solve
 
-    module, whole = sys.modules["amble.synthesis.synthesize"], solver("whole", "")
-    monkeypatch.setattr(module, "ipopt_structured", solver("structured", "IPOPT regularises the equality rows"))
-    monkeypatch.setattr(module, "ipopt", whole)
-    monkeypatch.setitem(SOLVERS._entries, "ipopt", whole)
-    with pytest.raises(GaitNotSolvedError):
+    module = sys.modules["amble.synthesis.synthesize"]
+    monkeypatch.setattr(module, "ipopt_structured", solver("structured", why))
+    monkeypatch.setattr(module, "ipopt_mumps", solver("MUMPS", ""))
+    with pytest.raises(GaitNotSolvedError) as caught:
         synthesize(replace(small_problem, intervals=8))
-    assert tried == [("structured", 8, 250), *[("structured", 4, 125)] * 2, ("whole", 8, 497)]
+    assert tried == [("structured", 8, 250), *[("structured", 4, 125)] * 3, ("MUMPS", 8, 496)]
+    assert caught.value.refused == why
+
+
+def test_a_gait_whose_released_feet_leave_slowly_starts_one_that_may(
+    coarse_gait: Gait, small_problem: GaitProblem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between half of the slow speed and half of the speed asked for; the slowest of ASTRo's amble is read first."""
+    asked: list[float] = []
+
+    def solver(program: GaitProgram, *_: object, **__: object) -> Solution:
+        asked.append(program.problem.release)
+        raise InputError("asked for")
+
+    monkeypatch.setitem(SOLVERS._entries, "none", solver)
+    for release in (0.3, small_problem.release):  # so much that the gait's feet are slow, and as it was found
+        with pytest.raises(InputError, match="asked for"):
+            synthesize(replace(small_problem, release=release), coarse_gait, solver="none")
+    assert asked == [SLOW_RELEASE, small_problem.release]
 
 
 @pytest.mark.slow

@@ -30,7 +30,7 @@ from amble.types import Vector
 
 SLOW_RELEASE = 1e-5
 """The same where no gait has been found (``synthesize``). A released foot rested: what it has behind a landing comes
-from this impact alone, which reaches it through the whole robot, 0.0001 to 0.001 of the speed of the foot that lands."""
+from this impact alone, and of the speed of the foot that lands little more than 0.001 reaches it."""
 
 DEPTH = 0.01
 """Least depth below the ground that a landing foot would go on to, as a share of the leg length. ANYmal C's walk had

@@ -6,8 +6,6 @@ import logging
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 
-import numpy as np
-
 from amble.amounts import check_amount
 from amble.control import DomainOutputs, Outputs
 from amble.control.outputs import least_share, left_out_along

@@ -14,9 +14,9 @@ from amble.gait.unfolding import unfolded
 from amble.progress import Progress, ProgressReport, silent
 from amble.stability import Certificate, certify
 from amble.stability.stabilize import stabilization
+from amble.synthesis.possible import require_possible
 from amble.synthesis.program import build_program
 from amble.synthesis.sweep import solve_from
-from amble.synthesis.possible import require_possible
 from amble.types import Json
 from amble.workflow.library.axes import LibrarySpecification
 from amble.workflow.library.numbers import certificate_numbers, gait_numbers, stabilisation_numbers
