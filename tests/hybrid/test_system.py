@@ -109,6 +109,7 @@ FAULTS: list[tuple[Callable[[], HybridSystem], str]] = [
         "takes 1 arguments, not",
     ),
     (lambda: HybridSystem([domain("a")], AROUND, state_names=["one"]), "1 state names for 2 states"),
+    (lambda: HybridSystem([domain("a")], AROUND, state_names=["one", "one"]), "the state name 'one' occurs twice"),
 ]
 
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import casadi as ca
+import numpy as np
 import pytest
 
-from amble.proof import Proof
+from amble.hybrid import Domain, HybridSystem, Transition
+from amble.proof import Proof, Settings, prove
 from amble.proof.sentences import places, rounded_down, rounded_up, sentences, up_to_a_turn, whole_rate
+from amble.simulation import simulate
 from tests.proof.forged import forged
 
 
@@ -27,8 +31,22 @@ def test_the_bound_of_the_whole_cycle_is_no_less_than_the_square(rate: float) ->
     assert whole_rate(rate, half=False) == rate
 
 
+def test_one_orbit_is_one_of_a_cycle() -> None:
+    """x -> -(1 + e) x + x^3 has one fixed point, and an orbit of two cycles beside it; both pass the box."""
+    x = ca.SX.sym("x", 2)
+    stride = Domain.from_expressions("stride", x, ca.vertcat(1, 0))
+    after = ca.vertcat(0, -(1 + 2.0**-20) * x[1] + x[1] ** 3)
+    step = Transition.from_expressions("stride", "stride", x, x[0] - 1, after, +1)
+    system = HybridSystem([stride], [step], (), ("phase", "size"))
+    proof = prove(system, np.zeros(2), Settings(order=6, tolerance=1e-12, radius=2.0**-8, basin=0.0))
+    there = simulate(system, np.array([0.0, 2.0**-10]), 2, 1e-12).section[-1]
+    assert there[1] == pytest.approx(2.0**-10, abs=1e-12)
+    assert sentences(proof)[0] == "proved: exactly one periodic orbit of a cycle passes the box"
+
+
 def test_a_gait_is_described() -> None:
     said = "\n".join(sentences(forged()))
+    assert said.startswith("proved: exactly one periodic orbit of half a cycle, mirrored, up to x passes the box")
     assert "exponentially stable up to a turn about the vertical" in said
     assert "spectral radius of half a cycle at most 0.5, of the whole cycle 0.2500000001" in said
     assert "bounded in 50 digits at 5 points" in said

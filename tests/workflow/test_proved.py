@@ -35,7 +35,7 @@ def test_a_proof_of_the_gait_is_shown(folder: Path, monkeypatch: pytest.MonkeyPa
     for page in ("report.md", "report.html"):
         text = (folder / page).read_text(encoding="utf-8")
         assert "Certificate and proof" in text
-        assert "computes anew and a report does not: exactly one periodic orbit in a box, exponentially stable" in text
+        assert "a report does not: exactly one periodic orbit of half a cycle, mirrored, up to x in a box" in text
         assert "at most 0.250001" in text
     assert json.loads((folder / "results.json").read_text())["proof"]["rate"] == 0.5
 

@@ -98,10 +98,18 @@ def validate(system: HybridSystem) -> None:
     for name in names:
         if name not in reached:
             raise InputError(f"domain '{name}' cannot be reached from '{names[0]}'")
-    if len(system.state_names) != size:
-        raise InputError(f"{len(system.state_names)} state names for {size} states")
     for invariant in system.invariants:
         _validate_invariant(invariant, size)
+    _validate_names(system)
+
+
+def _validate_names(system: HybridSystem) -> None:
+    if len(system.state_names) != system.state_size:
+        raise InputError(f"{len(system.state_names)} state names for {system.state_size} states")
+    for what, given in (("state", system.state_names), ("symmetry", [known.name for known in system.symmetries])):
+        twice = [name for number, name in enumerate(given) if name in given[:number]]
+        if twice:
+            raise InputError(f"the {what} name '{twice[0]}' occurs twice")
 
 
 def _validate_invariant(invariant: Invariant, size: int) -> None:

@@ -32,6 +32,8 @@ SHRINKING = 4.0
 NO_TURNS = "the orbit is stable up to a turn about the vertical, and balls are only tried up to translations"
 WIDER = 1.001
 """By which the ball in y that is followed is wider than that of W, which it is proved to hold."""
+SMALLEST = 2.0**-900
+"""Reach below which floating-point numbers lose the digits that rounding down takes for granted."""
 ROUNDED_DOWN = 1.0 - 2.0**-50
 """Share of a bound that stays below it where it becomes a floating-point number."""
 
@@ -125,7 +127,7 @@ def contraction_on_ball(
     basis = exact_matrix(span) * factors[1]
     # with zero in this box the centre is a point of the set, as steps and crossings ask
     off = [(value - centre).union(arb(0)) for value, centre in zip(orbit.state, orbit.centre, strict=True)]
-    radius = (arb(size) * WIDER).mid()
+    radius = (arb(size) * arb(WIDER)).upper()
     extent = _extent(weight, size)
     # steps need not be more accurate than the set is small
     coarse = replace(prepared, tolerance=max(prepared.tolerance, FINENESS * float(extent.max())))
@@ -150,10 +152,10 @@ def _extent(weight: Matrix, size: float) -> Vector:
     """Return lower bounds of how far the ball reaches in every coordinate, size sqrt((W^-1)_ii).
 
     Raises:
-        ProofError: one is not proved to be above 0.
+        ProofError: one is not proved to be above 0, or is too small to be written.
     """
     inverse = exact_matrix(weight).inv()
     reaches = [float((arb(size) * inverse[i, i].sqrt()).abs_lower()) * ROUNDED_DOWN for i in range(inverse.nrows())]
-    if not all(0.0 < reach < np.inf for reach in reaches):
+    if not all(SMALLEST < reach < np.inf for reach in reaches):
         raise ProofError("the weight of the ball is too ill-conditioned: how far it reaches is not proved")
     return np.array(reaches)

@@ -11,7 +11,7 @@ from amble.proof.record_distance import FORCE, MOMENT, PLACE
 
 def sentences(proof: Proof) -> list[str]:
     """Say what is proved, and what is not."""
-    lines = ["proved: exactly one periodic orbit passes the box"]
+    lines = [f"proved: {one_orbit(proof)} passes the box"]
     lines += [f"  {name} in [{low}, {high}]" for name, (low, high) in proof.proved.state.items()]
     if proof.found.rate is not None:
         whole = f", of the whole cycle {rounded_up(whole_rate(proof.found.rate, proof.half), 10)}" if proof.half else ""
@@ -42,6 +42,13 @@ def sentences(proof: Proof) -> list[str]:
             f"the model's motion takes at most {force} N and {moment} N m more, and feet are within {place} m"
         )
     return lines
+
+
+def one_orbit(proof: Proof) -> str:
+    """Say what there is one of; orbits that close after more cycles may pass the box too."""
+    length = "half a cycle, mirrored," if proof.half else "a cycle"
+    shifts = " and ".join(proof.proved.shift)
+    return f"exactly one periodic orbit of {length}" + (f" up to {shifts}" if shifts else "")
 
 
 def whole_rate(rate: float, half: bool) -> float:

@@ -73,14 +73,14 @@ def proof_table(proof: Proof, stability: Mapping[str, Any] | None) -> Table:
 
 def proof_summary(proof: Proof) -> str:
     """Say in a sentence what a proof's file says is proved."""
-    from amble.proof.sentences import rounded_up, up_to_a_turn, whole_rate
+    from amble.proof.sentences import one_orbit, rounded_up, up_to_a_turn, whole_rate
 
     if proof.found.rate is None:
-        return f"{SAYS} exactly one periodic orbit in a box; that it is stable is not."
+        return f"{SAYS} {one_orbit(proof)} in a box; that it is stable is not."
     bound = rounded_up(whole_rate(proof.found.rate, proof.half), 5)
     turned = " up to a turn about the vertical" if up_to_a_turn(proof) else ""
     return (
-        f"{SAYS} exactly one periodic orbit in a box, exponentially stable{turned}, with a spectral radius of the "
+        f"{SAYS} {one_orbit(proof)} in a box, exponentially stable{turned}, with a spectral radius of the "
         f"full cycle of at most {bound}; its contacts and limits hold all along it."
     )
 
