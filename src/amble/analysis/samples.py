@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.amounts import LARGEST_NUMBER, check_amount
+from amble.analysis.even_samples import evenly_sampled
 from amble.analysis.motion import Motion
 from amble.errors import InputError, UnknownNameError
-from amble.gait import Gait
+from amble.gait import DomainTrajectory, Gait
 from amble.hybrid import GaitPattern
 from amble.robot import Robot
 from amble.robot.natural_units import velocity_unit
@@ -133,7 +134,7 @@ MOST_CYCLES = 10_000
 
 
 def samples_of_gait(gait: Gait, cycles: int = 1) -> Samples:
-    """Lay out whole cycles of the optimised motion at its nodes; a mirrored half is unfolded.
+    """Lay out whole cycles of the optimised motion at even nodes; a mirrored half is unfolded.
 
     Positions along x and y continue from half to half; every other coordinate repeats.
 
@@ -238,22 +239,23 @@ class _Part:
 
 
 def _solved_part(gait: Gait) -> _Part:
-    """All nodes of the solved domains, one after the other."""
-    starts = np.concatenate([[0.0], np.cumsum([domain.duration for domain in gait.domains])])
-    counts = [len(domain.times) for domain in gait.domains]
+    """The solved domains at even nodes, one after the other."""
+    domains = [evenly_sampled(domain) for domain in gait.domains]
+    starts = np.concatenate([[0.0], np.cumsum([domain.duration for domain in domains])])
+    counts = [len(domain.times) for domain in domains]
     return _Part(
-        times=np.concatenate([start + domain.times for start, domain in zip(starts[:-1], gait.domains, strict=True)]),
+        times=np.concatenate([start + domain.times for start, domain in zip(starts[:-1], domains, strict=True)]),
         visits=np.repeat(np.arange(len(counts)), counts),
-        positions=np.concatenate([domain.positions for domain in gait.domains]),
-        velocities=np.concatenate([domain.velocities for domain in gait.domains]),
-        torques=np.concatenate([domain.torques for domain in gait.domains]),
-        forces=np.concatenate([_forces_of_all_feet(gait, number) for number in range(len(counts))]),
+        positions=np.concatenate([domain.positions for domain in domains]),
+        velocities=np.concatenate([domain.velocities for domain in domains]),
+        torques=np.concatenate([domain.torques for domain in domains]),
+        forces=np.concatenate([_forces_of_all_feet(gait, domain) for domain in domains]),
     )
 
 
-def _forces_of_all_feet(gait: Gait, number: int) -> NodeValues:
+def _forces_of_all_feet(gait: Gait, domain: DomainTrajectory) -> NodeValues:
     """Contact forces of one solved domain with zeros for the swing feet, (n, n_f), N."""
-    domain, pattern = gait.domains[number], gait.pattern
+    pattern = gait.pattern
     found = np.zeros((len(domain.times), pattern.all_contacts.size))
     found[:, pattern.contacts(pattern.stance(domain.name)).columns] = domain.forces
     return found

@@ -38,6 +38,7 @@ from amble.io.codec import (
     Record,
 )
 from amble.io.quantities import Array, Columns, Interval, Number, unit_of, units
+from amble.numerics.collocation import STAGES
 from amble.robot import Robot
 from amble.robot.files import ROBOT
 from amble.types import Json
@@ -139,10 +140,11 @@ class ControlLawCodec(Codec):
         return gains, None if name == LINEARISATION else CONTROL_LAWS.decode(own, place)
 
 
-def mesh_codec(pattern: GaitPattern) -> Record:
-    """Describe the collocation mesh of every solved domain."""
+def mesh_codec(pattern: GaitPattern) -> Named:
+    """Describe the collocation mesh of every solved domain: the scheme, by its name, and the intervals."""
     counts = dict.fromkeys(solved(pattern), Count(least=1, most=100_000))
-    return Record(dict, {"intervals": ByName("domain", counts, complete=True)})
+    intervals = Record(dict, {"intervals": ByName("domain", counts, complete=True)})
+    return Named("mesh", dict.fromkeys(STAGES, intervals))
 
 
 def domains_codec(pattern: GaitPattern, outputs: Outputs, mesh: Json) -> ByName:
@@ -153,7 +155,7 @@ def domains_codec(pattern: GaitPattern, outputs: Outputs, mesh: Json) -> ByName:
     codecs: dict[str, Codec] = {}
     for switch in pattern.switches:
         name = switch.source.name
-        nodes = 2 * int(mesh["intervals"][name]) + 1  # interval ends and middles
+        nodes = (STAGES[mesh["name"]] - 1) * int(mesh["intervals"][name]) + 1
         codecs[name] = Record(
             dict,
             {
@@ -246,7 +248,7 @@ GAIT_FIELDS: Mapping[str, Field] = {
     "lateral_speed": Optional(Number("m/s")),
     "yaw_rate": Optional(Number("rad/s")),
     "limits": lambda known: limits_codec(known["pattern"]),
-    "mesh": lambda known: Named("mesh", {"hermite-simpson": mesh_codec(known["pattern"])}),
+    "mesh": lambda known: mesh_codec(known["pattern"]),
     "domains": lambda known: domains_codec(known["pattern"], known["outputs"], known["mesh"]),
     "cost": Optional(COSTS),
     "solver": lambda known: solver_codec(known["cost"] or TORQUE_SQUARED),
@@ -271,8 +273,8 @@ def _take(gait: Gait) -> Json:
         "cost": None if gait.cost == TORQUE_SQUARED else gait.cost,
         "limits": gait.limits,
         "mesh": {
-            "name": "hermite-simpson",
-            "intervals": {domain.name: (domain.times.size - 1) // 2 for domain in gait.domains},
+            "name": gait.scheme,
+            "intervals": {domain.name: domain.intervals for domain in gait.domains},
         },
         "domains": {domain.name: domain for domain in gait.domains},
     }
@@ -281,7 +283,7 @@ def _take(gait: Gait) -> Json:
 def _build(**parts: Any) -> Gait:
     """Put the parts of a file together."""
     gains, control = parts["control_law"]
-    domains = parts["domains"]
+    domains, scheme = parts["domains"], parts["mesh"]["name"]
     return Gait(
         pattern=replace(parts["pattern"], landing_rule=parts["landing_rule"]["name"]),
         outputs=parts["outputs"],
@@ -291,7 +293,7 @@ def _build(**parts: Any) -> Gait:
         yaw_rate=parts["yaw_rate"] or 0.0,
         gains=gains,
         limits=parts["limits"],
-        domains=tuple(DomainTrajectory(name=name, **domains[name]) for name in solved(parts["pattern"])),
+        domains=tuple(DomainTrajectory(name=name, scheme=scheme, **domains[name]) for name in solved(parts["pattern"])),
         solver=parts["solver"],
         feedback=parts["feedback"],
         versions=parts["versions"],

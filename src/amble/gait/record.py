@@ -14,6 +14,7 @@ from amble.gait.validation import check_feedback, check_gait, check_trajectory
 from amble.hybrid import GaitPattern
 from amble.io.facts import facts_html
 from amble.names import check_name
+from amble.numerics.collocation import HERMITE_SIMPSON, STAGES
 from amble.robot import Robot
 from amble.types import Matrix, NodeValues, Vector, frozen
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class DomainTrajectory:
-    """The optimised motion in one solved domain, at the collocation nodes (interval ends and middles).
+    """The optimised motion in one solved domain, at the nodes of its collocation intervals.
 
     Attributes:
         name: the domain.
@@ -38,6 +39,7 @@ class DomainTrajectory:
         impulse: contact impulse of the feet of the next stance at the end of this domain, world frame, N s; empty
             where no foot lands.
         phase_numbers: what the phase of the outputs needs beside the duration, (k,); time needs nothing.
+        scheme: name of the collocation scheme whose nodes these are.
     """
 
     name: str
@@ -51,10 +53,16 @@ class DomainTrajectory:
     forces: NodeValues
     impulse: Vector
     phase_numbers: Vector = field(default_factory=lambda: frozen([]))
+    scheme: str = HERMITE_SIMPSON
 
     def __post_init__(self) -> None:
         """Check that the numbers fit together; errors as in ``validation.check_trajectory``."""
         check_trajectory(self)
+
+    @property
+    def intervals(self) -> int:
+        """Number of collocation intervals."""
+        return (self.times.size - 1) // (STAGES[self.scheme] - 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,6 +185,11 @@ class Gait:
     def command(self) -> Command:
         """The velocities that were asked for."""
         return Command(forward=self.speed, lateral=self.lateral_speed, yaw_rate=self.yaw_rate)
+
+    @property
+    def scheme(self) -> str:
+        """Name of the collocation scheme of its mesh."""
+        return self.domains[0].scheme
 
     @property
     def period(self) -> float:

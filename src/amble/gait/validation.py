@@ -14,6 +14,7 @@ from amble.amounts import LARGEST_NUMBER
 from amble.control.outputs import LARGEST_ORDER, actuated_freedoms, controllable
 from amble.control.phase import DomainPhase
 from amble.errors import InputError, UnknownNameError, listed
+from amble.numerics.collocation import HERMITE_SIMPSON, collocation_scheme, node_positions
 from amble.types import frozen
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def check_trajectory(domain: DomainTrajectory) -> None:
 
     Raises:
         InputError: a duration that is not positive, a clock that does not run from 0 to it, fields of different
-            lengths, or a number that is not finite or too large.
+            lengths, nodes that its scheme does not have, or a number that is not finite or too large.
     """
     place, nodes = f"the motion of domain '{domain.name}'", len(domain.times)
     check_duration(f"the duration of domain '{domain.name}'", domain.duration)
@@ -40,9 +41,8 @@ def check_trajectory(domain: DomainTrajectory) -> None:
         _bounded(place, field, values)
     for field in ("coefficients", "times", "impulse"):
         _bounded(place, field, getattr(domain, field))
-    if nodes < 3 or nodes % 2 == 0:
-        raise InputError(f"{place} has {nodes} nodes; ends and middles of its intervals are an odd number from 3 on")
     _clock(place, domain.times, domain.duration)
+    _mesh(place, domain)
 
 
 def check_feedback(feedback: Feedback) -> None:
@@ -81,6 +81,9 @@ def check_gait(gait: Gait) -> None:
     solved = [stance.name for stance in gait.pattern.solved]
     _same("outputs", [entry.domain for entry in gait.outputs.domains], solved)
     _same("motion", [domain.name for domain in gait.domains], solved)
+    schemes = {domain.scheme for domain in gait.domains}
+    if len(schemes) > 1:
+        raise InputError(f"the domains of the gait have the schemes {listed(sorted(schemes))}, not one")
     _check_outputs(gait)
     for number, domain in enumerate(gait.domains):
         _check_shapes(gait, number)
@@ -102,6 +105,23 @@ def _clock(place: str, times: Vector, duration: float) -> None:
         raise InputError(f"{place} has a clock that does not run forward")
     if abs(times[0]) > CLOCK_ROUNDING * duration or abs(times[-1] - duration) > CLOCK_ROUNDING * duration:
         raise InputError(f"{place} lasts {duration:g} s, but its clock runs from {times[0]:g} to {times[-1]:g} s")
+
+
+def _mesh(place: str, domain: DomainTrajectory) -> None:
+    """Refuse nodes that are not those of whole intervals; where they are is left open for motions from elsewhere."""
+    scheme, nodes = collocation_scheme(domain.scheme), len(domain.times)
+    inner = scheme.stages - 1
+    if nodes <= inner or nodes % inner != 1:
+        raise InputError(
+            f"{place} has {nodes} nodes; scheme '{scheme.name}' has one and {inner} more for every interval"
+        )
+    if domain.scheme == HERMITE_SIMPSON:
+        return  # the curves between the nodes take them as they are
+    missed = np.abs(domain.times / domain.duration - node_positions(scheme, domain.intervals)).max()
+    if missed > CLOCK_ROUNDING:
+        raise InputError(
+            f"the clock of {place} misses the nodes of scheme '{scheme.name}' by {missed:.2g} of the duration"
+        )
 
 
 def _check_outputs(gait: Gait) -> None:

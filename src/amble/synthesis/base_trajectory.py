@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from amble.hybrid import Contacts, GaitPattern
 from amble.io.quantities import units
-from amble.numerics.runge_kutta import HERMITE_SIMPSON
+from amble.numerics.collocation import CollocationScheme
 from amble.robot import Robot, dynamics, kinematics
 from amble.robot.natural_units import RobotUnits
 from amble.types import Matrix, NodeValues, Vector, frozen
@@ -48,10 +48,11 @@ DAMPING = 1e-3
 
 @dataclass(frozen=True)
 class LevelWalk:
-    """A domain of a walk with a level base: its contacts, its duration, s, and q, v, a at its nodes, (n, n_q)."""
+    """A domain of a walk with a level base: contacts, duration, s, scheme, and q, v, a at its nodes, (n, n_q)."""
 
     contacts: Contacts
     duration: float
+    scheme: CollocationScheme
     q: NodeValues
     v: NodeValues
     a: NodeValues
@@ -177,7 +178,7 @@ def _by_node(value: Any, nodes: int) -> NDArray[np.float64]:
 
 def _collocation(walk: LevelWalk, at: _Places, base: _BaseUnits) -> Rows:
     """Every inner and end node of an interval follows from its rates."""
-    stages = HERMITE_SIMPSON.nodes.size
+    stages = walk.scheme.stages
     starts = np.arange(0, at.s.shape[0] - 1, stages - 1)
     step = walk.duration / starts.size
     coefficients, terms, sizes = [], [], []
@@ -185,7 +186,7 @@ def _collocation(walk: LevelWalk, at: _Places, base: _BaseUnits) -> Rows:
         for value, rate, size in ((at.s, at.ds, base.s), (at.ds, at.dds, base.ds)):
             columns = [value[starts + stage], value[starts], *(rate[starts + k] for k in range(stages))]
             index = np.stack([column.ravel() for column in columns], axis=1)
-            row = np.concatenate([[1.0, -1.0], -step * HERMITE_SIMPSON.integration[stage]])
+            row = np.concatenate([[1.0, -1.0], -step * walk.scheme.integration[stage]])
             terms.append(index)
             coefficients.append(np.tile(row, (index.shape[0], 1)))
             sizes.append(np.tile(size, starts.size))

@@ -12,7 +12,7 @@ from amble.control.landing import legs_in_the_air
 from amble.hybrid import Stance, Switch
 from amble.hybrid.landing import landed_stances
 from amble.io.quantities import load_units, unit_of, units
-from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_positions
+from amble.numerics.collocation import node_positions
 from amble.robot.natural_units import RobotUnits
 from amble.synthesis.problem import GaitProblem
 from amble.types import NodeValues, Vector
@@ -176,7 +176,7 @@ def build_layout(problem: GaitProblem) -> Layout:
 
 def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Counter) -> DomainLayout:
     robot = problem.pattern.robot
-    phases = node_positions(HERMITE_SIMPSON, problem.intervals)
+    phases = node_positions(problem.collocation, problem.intervals)
     names, foot = robot.coordinate_names, problem.pattern.contact
     of_nodes = {
         "q": units(names),

@@ -13,7 +13,7 @@ from amble.hybrid.contact import AXES
 from amble.hybrid.ground import into_frame
 from amble.io.quantities import load_units, units
 from amble.names import identifier
-from amble.numerics.runge_kutta import HERMITE_SIMPSON
+from amble.numerics.collocation import rate_products
 from amble.robot import dynamics, kinematics
 from amble.robot.parts import RATE
 from amble.robot.turn import turn_error, turned_velocity
@@ -27,26 +27,24 @@ from amble.synthesis.rows import RowGroup, RowKind
 
 NO_COST = ca.SX(1, 1)
 
-STIFFNESS = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / 3.0
-"""The integral of f'^2 over an interval of length h is f^T STIFFNESS f / h of the parabola through f at three nodes."""
-
 
 def defect_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Block:
-    """Collocation: every inner and end node of an interval follows from its rates (``HERMITE_SIMPSON``).
+    """Collocation: every inner and end node of an interval follows from its rates.
 
     Coordinates under control lie on their curves and need no rows here. The rates of the torques cost what the cost
-    says.
+    says: those of the polynomial through the nodes of an interval, f^T P f / h with P its ``rate_products``.
     """
     controlled = output_indices(problem, domain)
     free = [k for k in range(problem.pattern.robot.size) if k not in controlled]
     names = [problem.pattern.robot.coordinate_names[k] for k in free]
-    size, stages = len(names), HERMITE_SIMPSON.nodes.size
+    size, scheme = len(names), problem.collocation
+    stages = scheme.stages
     q, v, a = (ca.SX.sym(letter, size, stages) for letter in "qva")
     T, part = ca.SX.sym("T"), ca.SX.sym("part")
     rows: list[ca.SX] = []
     labels: list[Label] = []
     for stage in range(1, stages):
-        weights = ca.DM(HERMITE_SIMPSON.integration[stage])
+        weights = ca.DM(scheme.integration[stage])
         rows += [q[:, 0] + T * part * (v @ weights) - q[:, stage], v[:, 0] + T * part * (a @ weights) - v[:, stage]]
         for kind, per in (("", ""), (RATE, "/s")):
             labels += RowKind.DEFECT.labels((f"defect {kind}{name} stage {stage}" for name in names), units(names, per))
@@ -60,7 +58,7 @@ def defect_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> 
     weight = problem.cost.torque_rate(problem.pattern.robot)
     if weight:
         u, period = ca.SX.sym("u", domain.u.shape[1], stages), ca.SX.sym("period")
-        cost = weight * ca.trace(u @ ca.DM(STIFFNESS) @ u.T) / (T * part * period)
+        cost = weight * ca.trace(u @ ca.DM(rate_products(scheme.name)) @ u.T) / (T * part * period)
         variables += [ca.vec(u), period]
         columns += [*(domain.u[step] for step in steps), np.tile(layout.period, (count, 1))]
     return Block(

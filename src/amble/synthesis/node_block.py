@@ -15,7 +15,7 @@ from amble.hybrid import Contacts, selection
 from amble.io.quantities import load_units, units
 from amble.names import identifier
 from amble.numerics.bezier import bezier
-from amble.numerics.runge_kutta import HERMITE_SIMPSON, node_weights
+from amble.numerics.collocation import node_weights
 from amble.robot import dynamics, kinematics
 from amble.robot.parts import ACCELERATION, RATE
 from amble.synthesis.block import Block, Label
@@ -117,7 +117,7 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
         cost=weight * T / period * problem.cost.running(instant),  # its mean, with the scheme's own quadrature weights
         labels=tuple(labels),
         columns=columns,
-        values=np.column_stack([domain.phases, node_weights(HERMITE_SIMPSON, problem.intervals)]),
+        values=np.column_stack([domain.phases, node_weights(problem.collocation, problem.intervals)]),
         places=tuple(domain.place(node) for node in range(domain.nodes)),
         lower=lower,
         upper=upper,

@@ -16,6 +16,7 @@ from amble.gait.cost import TORQUE_SQUARED, Cost
 from amble.gait.limits import SLOWEST_LANDING, highest_landing
 from amble.hybrid import FLAT, POINT, GaitPattern, Ground
 from amble.hybrid.gaits import GAITS
+from amble.numerics.collocation import HERMITE_SIMPSON, CollocationScheme, collocation_scheme
 from amble.robot import Robot, catalogue, symmetrized
 from amble.robot.catalogue import Posture
 from amble.robot.mirror import AsymmetryError
@@ -49,7 +50,8 @@ class GaitProblem:
         yaw_rate: required mean rate of the heading about the vertical, rad/s. The velocities turn with it.
         limits: bounds of the motion and the contacts.
         posture: where the solver starts: base height and joint angles.
-        intervals: Hermite-Simpson intervals in every domain.
+        intervals: collocation intervals in every domain.
+        scheme: name of the collocation scheme (``numerics.collocation.STAGES``).
         node_margins: whether positions, accelerations and normal forces keep a margin of their bounds free at the
             nodes, so that they keep to them between the nodes; speeds, torques and friction always do (``layout``).
         gains: (K_p in 1/s^2, K_d in 1/s) of the output dynamics.
@@ -66,6 +68,7 @@ class GaitProblem:
     limits: Limits
     posture: Posture
     intervals: int = 15
+    scheme: str = HERMITE_SIMPSON
     node_margins: bool = False
     gains: tuple[float, float] = (100.0, 20.0)
     cost: Cost = TORQUE_SQUARED
@@ -79,12 +82,23 @@ class GaitProblem:
         """The velocities that are asked for."""
         return Command(forward=self.speed, lateral=self.lateral_speed, yaw_rate=self.yaw_rate)
 
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of every domain."""
+        return self.intervals * (self.collocation.stages - 1) + 1
+
+    @property
+    def collocation(self) -> CollocationScheme:
+        """The scheme itself."""
+        return collocation_scheme(self.scheme)
+
     def __post_init__(self) -> None:
         """Check numbers and names."""
         _possible(self.command, self.pattern)
         check_amount("intervals a domain", self.intervals, 2, MOST_INTERVALS)
         if not 0.0 < self.release <= 1.0:
             raise InputError(f"the least speed of a released foot is {self.release:g} sqrt(g l); it must be in (0, 1]")
+        collocation_scheme(self.scheme)
         if not all(gain > 0.0 for gain in self.gains):
             raise InputError(f"the output gains are {self.gains}; both must be positive")
         if "x" not in self.pattern.ground.translations:
@@ -183,6 +197,7 @@ def gait_problem(
     limits: Limits | None = None,
     posture: Posture | None = None,
     intervals: int = 15,
+    scheme: str = HERMITE_SIMPSON,
     cost: Cost = TORQUE_SQUARED,
     lateral_speed: float = 0.0,
     yaw_rate: float = 0.0,
@@ -199,6 +214,7 @@ def gait_problem(
         limits: the bounds; by default those of ``default_limits``.
         posture: where the solver starts; by default that of the catalogue, else ``standing_posture``.
         intervals: collocation intervals in every domain.
+        scheme: the collocation scheme: hermite-simpson, lobatto-5 or lobatto-7, of three, five or seven nodes.
         cost: what is minimised; by default the squared torques.
         lateral_speed: mean velocity to the left, m/s.
         yaw_rate: mean rate of the heading, rad/s. With one of both a gait given by name is taken without its mirror.
@@ -220,6 +236,7 @@ def gait_problem(
         limits=default_limits(pattern, stands, yaw_rate) if limits is None else limits,
         posture=stands,
         intervals=intervals,
+        scheme=scheme,
         cost=cost,
         lateral_speed=lateral_speed,
         yaw_rate=yaw_rate,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from amble.codegen import compiler
 from amble.errors import NotSolvedError
+from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.residual import Residual
 from amble.synthesis.assembly import Program, assemble
 from amble.synthesis.block import Block
@@ -29,7 +30,7 @@ SMALLEST = 1e-7
 """Smallest singular value of the scaled equality Jacobian, its rows normalised, below which rows count as dependent."""
 
 COARSE = 4
-"""Intervals of the mesh that is coarse enough."""
+"""Hermite-Simpson intervals of the mesh that is coarse enough."""
 
 STEPS = (0.05, 0.005, 0.0005)
 """Largest steps off the start, in scaled variables."""
@@ -186,9 +187,10 @@ def on_coarse_mesh(program: GaitProgram, natural: NDArray[np.float64]) -> tuple[
         program: the transcribed problem.
         natural: unscaled variables, (n_x,).
     """
-    if program.problem.intervals <= COARSE:
+    few = replace(program.problem, intervals=COARSE, scheme=HERMITE_SIMPSON)
+    if program.problem.nodes <= few.nodes:
         return program, natural / program.layout.scale
-    coarse = build_program(replace(program.problem, intervals=COARSE))
+    coarse = build_program(few)
     thin = np.zeros(coarse.layout.size)
     for here, there in zip(program.layout.domains, coarse.layout.domains, strict=True):
         for kind in ("q", "v", "a", "u", "force"):

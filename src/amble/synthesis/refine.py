@@ -1,4 +1,4 @@
-"""A gait on a finer mesh: the same motion, its transcription error divided by the fourth power of the refinement.
+"""A gait on a finer mesh: the same motion, its transcription error divided by the refinement to the scheme's order.
 
 Nothing is optimised again. First every domain is an initial value problem, solved by Newton on the rows of the gait
 problem. What is then left at the switches is the error of the coarse mesh; entries, curves and durations take the
@@ -54,8 +54,8 @@ def refine(problem: GaitProblem, gait: Gait, factor: int = 2, progress: Progress
         NotSolvedError: Newton does not converge; the error names the rows.
     """
     check_amount("new intervals for each old one", factor, 2, MOST_INTERVALS)
-    intervals = (gait.domains[0].times.size - 1) // 2
-    program = build_program(replace(problem, intervals=factor * intervals))
+    intervals = gait.domains[0].intervals
+    program = build_program(replace(problem, intervals=factor * intervals, scheme=gait.scheme))
     x = from_gait(program.problem, gait, program.layout) / program.layout.scale
     split, notify = Split.of(program), progress or silent
     for number in range(MOST_STEPS):

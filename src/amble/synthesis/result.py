@@ -96,4 +96,5 @@ def _trajectory(problem: GaitProblem, domain: DomainLayout, natural: NDArray[np.
         forces=frozen(natural[domain.force]),
         impulse=frozen(natural[domain.impulse]),
         phase_numbers=frozen(natural[domain.phase_numbers]),
+        scheme=problem.scheme,
     )

@@ -34,8 +34,8 @@ from amble.types import Vector
 
 logger = logging.getLogger("amble")
 
-COARSER, FIRST_TRY, LATER_TRY = 8, 250, 125
-"""Intervals from which what is not solved in so many iterations is tried from half of them, each in so many more."""
+COARSER, FIRST_TRY, LATER_TRY = 17, 250, 125
+"""Nodes from which what is not solved in so many iterations is tried from half the intervals, each in so many more."""
 
 FAST_LANDING = 10.0
 """Velocity of landing feet in sqrt(g l) that no gait reaches."""
@@ -96,7 +96,7 @@ def synthesize(
     require_possible(problem)
     if start is not None and released_slowly(problem, start):
         problem = replace(problem, release=min(problem.release, SLOW_RELEASE))
-    by_half = start is None and problem.intervals >= COARSER and most_iterations > FIRST_TRY
+    by_half = start is None and problem.nodes >= COARSER and most_iterations > FIRST_TRY
     how = (tolerance, most_iterations, progress)
     gait = _by_several_ways(problem, run, *how) if by_half else _solved(problem, start, run, *how)
     better = regular_outputs(problem, gait)

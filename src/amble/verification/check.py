@@ -9,9 +9,10 @@ from amble.defaults import GRID
 from amble.errors import InputError
 from amble.gait.cost import TORQUE_SQUARED, Instant
 from amble.gait.record import Gait
+from amble.numerics.collocation import HERMITE_SIMPSON, STAGES, collocation_scheme, node_weights
 from amble.progress import Progress, ProgressReport, silent
 from amble.residual import Residual
-from amble.types import NodeValues
+from amble.types import NodeValues, Vector
 from amble.verification.domain_rows import SampledDomain, domain_residuals, motion_residuals, sampled
 from amble.verification.feedback_rows import feedback_residuals
 from amble.verification.limit_rows import limit_residuals
@@ -114,25 +115,30 @@ def check_record(gait: Gait, tolerance: float) -> CheckReport:
 
 
 def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Residual]:
-    """The mean cost of the closed loop, by Simpson's rule over neighbouring pairs of grid spacings.
-
-    Of the squared torques the root is compared, which is a torque.
-    """
-    from scipy.integrate import simpson
-
+    """The mean cost of the closed loop; of the squared torques the root is compared, which is a torque."""
     if gait.cost != TORQUE_SQUARED:
-        total = sum(float(simpson(_running(gait, domain), x=domain.times)) for domain in domains)
+        total = sum(_integral(domain, _running(gait, domain)) for domain in domains)
         total += sum(_landing(gait, domain) + _torque_rates(gait, domain) for domain in domains)
         difference = total / sum(domain.trajectory.duration for domain in domains) - gait.solver.objective
         name, scale = f"mean of the cost '{gait.cost.name}' less the solver's", 1.0 + abs(gait.solver.objective)
         return residuals("cost", [name], np.array([difference]), np.array([np.nan]), tolerance, scale)
-    work = sum(float(simpson(np.sum(domain.motion.torques**2, axis=1), x=domain.times)) for domain in domains)
+    work = sum(_integral(domain, np.sum(domain.motion.torques**2, axis=1)) for domain in domains)
     found = np.sqrt(work / sum(domain.trajectory.duration for domain in domains))
     stated = np.sqrt(gait.solver.objective) if gait.solver.objective >= 0.0 else np.nan
     name = "root mean square of the torques less the solver's"
     return residuals(
         "cost", [name], np.array([found - stated]), np.array([np.nan]), tolerance, sizes(gait.robot).torque + stated
     )
+
+
+def _integral(domain: SampledDomain, values: Vector) -> float:
+    """By Simpson's rule over pairs of grid spacings; at the nodes alone, where they are uneven, by their own weights."""
+    from scipy.integrate import simpson
+
+    motion = domain.trajectory
+    if len(values) > len(motion.times) or motion.scheme == HERMITE_SIMPSON:
+        return float(simpson(values, x=domain.times))
+    return motion.duration * float(node_weights(collocation_scheme(motion.scheme), motion.intervals) @ values)
 
 
 def _running(gait: Gait, domain: SampledDomain) -> NodeValues:
@@ -160,14 +166,17 @@ def _landing(gait: Gait, domain: SampledDomain) -> float:
 
 
 def _torque_rates(gait: Gait, domain: SampledDomain) -> float:
-    """What the rates of the torques cost: of the parabola through the three nodes of every interval."""
+    """What the rates of the torques cost: of the polynomial through the nodes of every interval."""
     weight, total = gait.cost.torque_rate(gait.robot), 0.0
     if not weight:
         return total
     torques, times = domain.motion.torques[domain.nodes], domain.trajectory.times
-    for first in range(0, len(times) - 2, 2):
-        t, u = times[first : first + 3], torques[first : first + 3]
-        quadratic, linear, _ = np.polyfit(t - t[0], u, 2)
-        rates = 2.0 * quadratic * (t - t[0])[:, None] + linear
-        total += float((t[2] - t[0]) / 6.0 * np.array([1.0, 4.0, 1.0]) @ np.sum(rates**2, axis=1))
+    inner = STAGES[domain.trajectory.scheme] - 1
+    points, shares = np.polynomial.legendre.leggauss(inner)
+    for first in range(0, len(times) - 1, inner):
+        t, u = times[first : first + inner + 1], torques[first : first + inner + 1]
+        half = 0.5 * (t[-1] - t[0])
+        curves = np.polynomial.polynomial.polyfit((t - t[0]) / half - 1.0, u, inner)
+        rates = np.polynomial.polynomial.polyval(points, np.polynomial.polynomial.polyder(curves)) / half
+        total += half * float(shares @ np.sum(rates**2, axis=0))
     return weight * total

@@ -8,6 +8,7 @@ import numpy as np
 
 from amble.amounts import check_amount
 from amble.gait.record import DomainTrajectory
+from amble.numerics.collocation import HERMITE_SIMPSON, hermite
 from amble.types import Matrix, Vector
 
 FINEST = 1000
@@ -29,11 +30,15 @@ def fine_grid(times: Vector, grid: int) -> Vector:
 def interpolated(domain: DomainTrajectory, at: Vector) -> tuple[Matrix, Matrix]:
     """Return q and v at clocks inside the domain, (points, n_q) each.
 
-    q follows the quintic that meets q, v, a at both nodes around, v the cubic that meets v, a. The slope of the quintic
-    would be a poorer velocity: an interval's middle position is accurate to fourth order only, and a slope divides
-    its error by the node spacing.
+    With three nodes an interval q follows the quintic that meets q, v, a at both nodes around, v the cubic that meets
+    v, a. The slope of the quintic would be a poorer velocity: an interval's middle position is accurate to fourth order
+    only, and a slope divides its error by the node spacing. With more nodes q follows the polynomial that meets q, v at
+    all nodes of an interval, v that which meets v, a there (``hermite``).
     """
     t, q, v, a = domain.times, domain.positions, domain.velocities, domain.accelerations
+    if domain.scheme != HERMITE_SIMPSON:
+        name, T = domain.scheme, domain.duration
+        return hermite(name, q, T * v, at / T), hermite(name, v, T * a, at / T)
     left = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(t) - 2)
     right = left + 1
     h = (t[right] - t[left])[:, None]

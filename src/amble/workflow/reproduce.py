@@ -200,7 +200,7 @@ def _settings(posed: PosedProblem, found: Stabilized, method: Method, trace: Tra
     return {
         "specification": posed.name,
         "tolerance of the gait problem": f"{solver.tolerance:g}",
-        "intervals of a domain": str((found.gait.domains[0].times.size - 1) // 2),
+        "intervals of a domain": str(found.gait.domains[0].intervals),
         "method of the stabilisation": method,
         "free weights": ", ".join(found.free),
         "trace of W in the stabilisation": f"{TRACE_BOUND:g}",
