@@ -8,7 +8,6 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from amble.errors import InputError, UnknownNameError
 from amble.gait import Gait
@@ -18,7 +17,6 @@ from amble.hybrid import Contacts
 from amble.robot import Robot, kinematics
 from amble.robot.proposal import nominal_posture
 from amble.synthesis import gait_problem, synthesize
-from amble.synthesis.link_blocks import STIFFNESS
 from amble.types import Vector
 from amble.verification.check import _landing, _running, _torque_rates, check
 from amble.verification.domain_rows import sampled
@@ -93,12 +91,6 @@ def test_a_weight_means_the_same_at_every_size() -> None:
     style = Style(**dict.fromkeys(set(WEIGHTS) - {"touchdown_speed", "effort_rate"}, 1.0), angles=named)
     there = value(style, image, FIRST["astro"], (q * lengths, v * lengths * rate, u * larger / tau))
     assert there / larger**2 == pytest.approx(value(style, of, FIRST["astro"], (q, v, u)) / tau**2, rel=1e-12)
-
-
-def test_the_rate_of_a_parabola_is_integrated_exactly() -> None:
-    f, h = np.array([0.3, -1.2, 2.0]), 0.7
-    parabola = np.polynomial.Polynomial.fit([0.0, h / 2.0, h], f, 2).deriv()
-    assert f @ STIFFNESS @ f / h == pytest.approx(quad(lambda t: parabola(t) ** 2, 0.0, h)[0], rel=1e-12)
 
 
 def test_what_is_no_style_is_refused() -> None:

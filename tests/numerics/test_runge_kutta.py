@@ -11,6 +11,7 @@ from amble.errors import WorkError
 from amble.numerics.runge_kutta import STAGES, Tableau, dop853
 from amble.types import frozen
 
+
 def rate(x: np.ndarray) -> np.ndarray:
     """A nonlinear pendulum: the order must hold where the field is not linear."""
     return np.array([x[1], -np.sin(x[0])])

@@ -33,6 +33,10 @@ def _problem(gait: str, speed: float = 0.2, slope: float = 0.0, yaw_rate: float 
     return gait_problem(walker, gait, speed=speed, ground=ground, yaw_rate=yaw_rate, intervals=2)
 
 
+def _of_scheme(scheme: str) -> GaitProblem:
+    return replace(_problem("trot"), scheme=scheme)
+
+
 def _by_state() -> GaitProblem:
     problem = _problem("trot")
     return replace(problem, outputs=replace(problem.outputs, phase=ConfigurationPhase({"D1": {"x": 1.0, "roll": 0.5}})))
@@ -48,6 +52,8 @@ PROBLEMS: dict[str, Callable[[], GaitProblem]] = {
     "phase of the configuration": _by_state,
     "flight on a slope": lambda: _problem("running trot", slope=0.1),
     "feet that land one by one": _one_by_one,
+    "five nodes an interval": lambda: _of_scheme("lobatto-5"),
+    "seven nodes an interval": lambda: _of_scheme("lobatto-7"),
     "two feet": lambda: _problem("run", speed=0.5),
     "six feet": lambda: _problem("tripod"),
     "turning": lambda: _problem("trot", yaw_rate=0.3),

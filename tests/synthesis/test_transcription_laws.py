@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from amble.numerics.runge_kutta import HERMITE_SIMPSON
+from amble.numerics.collocation import HERMITE_SIMPSON, STAGES
 from amble.synthesis import GaitProblem, gait_problem
 from amble.synthesis.block import Block
 from amble.synthesis.layout import build_layout
@@ -26,8 +26,8 @@ CASES = [("go2", "walk"), ("anymal_b", "pronk"), *SLOW, pytest.param("bolt", "wa
 
 
 @lru_cache(maxsize=2)
-def posed(name: str, gait: str) -> GaitProblem:
-    return gait_problem(robot(name), gait, speed=0.1, intervals=2)
+def posed(name: str, gait: str, scheme: str = HERMITE_SIMPSON) -> GaitProblem:
+    return gait_problem(robot(name), gait, speed=0.1, intervals=2, scheme=scheme)
 
 
 def rows(problem: GaitProblem, block: Block, variables: np.ndarray) -> dict[str, float]:
@@ -66,19 +66,21 @@ def test_dynamics_and_contacts_of_every_stance_equal_pinocchio(name: str, gait: 
         assert any(not domain.stance.feet for domain in layout.domains)
 
 
+@pytest.mark.parametrize("scheme", STAGES)
 @pytest.mark.parametrize(("name", "gait"), CASES)
-def test_defects_vanish_on_what_the_scheme_integrates_exactly(name: str, gait: str) -> None:
-    """Rates of the second degree in time; not of the fourth."""
-    problem = posed(name, gait)
+def test_defects_vanish_on_what_the_scheme_integrates_exactly(name: str, gait: str, scheme: str) -> None:
+    """Rates of degree s - 1 in time; not of degree s + 1."""
+    problem = posed(name, gait, scheme)
+    most, nodes = problem.collocation.stages - 1, problem.collocation.nodes
     layout, generator, duration = build_layout(problem), np.random.default_rng(3), 0.4
     for domain in layout.domains:
         block = defect_block(problem, layout, domain)
         function = ca.Function("rows", [block.variables, block.constants, block.parameters], [block.rows])
-        free = (block.variables.numel() - 1) // (3 * HERMITE_SIMPSON.nodes.size)
-        coefficients, power = generator.normal(size=(free, 5)), np.arange(5)
-        for degree, exact in ((2, True), (4, False)):
+        free = (block.variables.numel() - 1) // (3 * nodes.size)
+        coefficients, power = generator.normal(size=(free, most + 3)), np.arange(most + 3)
+        for degree, exact in ((most, True), (most + 2, False)):
             c = np.where(power <= degree, coefficients, 0.0)
-            times = duration / problem.intervals * HERMITE_SIMPSON.nodes[:, None]
+            times = duration / problem.intervals * nodes[:, None]
             v, q = times**power @ c.T, (times ** (power + 1) / (power + 1)) @ c.T
             a = (power[1:] * times ** (power[1:] - 1)) @ c[:, 1:].T
             variables = np.concatenate([q.ravel(), v.ravel(), a.ravel(), [duration]])

@@ -32,6 +32,9 @@ RELEASE = 0.001
 """Least speed of a released foot away from the ground, as a share of sqrt(g l): from a start beside the orbit a slower
 one would touch the ground at once."""
 
+INTERVALS = {HERMITE_SIMPSON: 15, "lobatto-5": 5, "lobatto-7": 4}
+"""Scheme -> intervals of a domain by default (docs/decisions.md, "Higher-order meshes")."""
+
 LARGEST_AVERAGED = 0.05
 """Largest relative asymmetry that is averaged unasked; real files have 1e-4 to 0.2."""
 
@@ -196,7 +199,7 @@ def gait_problem(
     law: AllocationLaw | None = None,
     limits: Limits | None = None,
     posture: Posture | None = None,
-    intervals: int = 15,
+    intervals: int | None = None,
     scheme: str = HERMITE_SIMPSON,
     cost: Cost = TORQUE_SQUARED,
     lateral_speed: float = 0.0,
@@ -213,7 +216,7 @@ def gait_problem(
         law: the allocation law; by default the pseudo-inverse.
         limits: the bounds; by default those of ``default_limits``.
         posture: where the solver starts; by default that of the catalogue, else ``standing_posture``.
-        intervals: collocation intervals in every domain.
+        intervals: collocation intervals in every domain; by default those of the scheme (``INTERVALS``).
         scheme: the collocation scheme: hermite-simpson, lobatto-5 or lobatto-7, of three, five or seven nodes.
         cost: what is minimised; by default the squared torques.
         lateral_speed: mean velocity to the left, m/s.
@@ -235,7 +238,7 @@ def gait_problem(
         speed=speed,
         limits=default_limits(pattern, stands, yaw_rate) if limits is None else limits,
         posture=stands,
-        intervals=intervals,
+        intervals=intervals_of(scheme, intervals),
         scheme=scheme,
         cost=cost,
         lateral_speed=lateral_speed,
@@ -243,6 +246,15 @@ def gait_problem(
         node_margins=not catalogue.holds(pattern.robot),
         outputs_by_default=outputs is None,
     )
+
+
+def intervals_of(scheme: str, intervals: int | None) -> int:
+    """Return the number of intervals that is asked for, or that of the scheme.
+
+    Raises:
+        UnknownNameError: there is no scheme of that name.
+    """
+    return INTERVALS[collocation_scheme(scheme).name] if intervals is None else intervals
 
 
 def _pattern(robot: Robot, gait: str | GaitPattern, ground: Ground | None) -> GaitPattern:

@@ -19,6 +19,7 @@ from amble.gait.constraints import REFERENCE_ORDER
 from amble.hybrid import ONE_BY_ONE
 from amble.io.quantities import parse_quantity
 from amble.io.reader import read_toml
+from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.synthesis.specification_faults import in_one_sentence, lacking
 
 
@@ -240,15 +241,17 @@ class PostureSection(Section):
 
 
 class SolverSection(Section):
-    """Intervals a domain and how many a solved one is cut into, tolerance of the scaled problem, most iterations.
+    """Scheme, intervals a domain, how many a solved one is cut into, tolerance of the scaled problem, most iterations.
 
-    ``name`` is that of a registered solver. Without ``refinement`` the mesh is made finer where the check of the gait
+    ``name`` is that of a registered solver. The scheme is that of the collocation (``numerics.collocation.STAGES``), and
+    each has a number of intervals by default (``problem.INTERVALS``). Without ``refinement`` the mesh is made finer where the check of the gait
     needs that.
     """
 
     name: str = "ipopt"
 
-    intervals: int = Field(default=15, ge=2, le=1000)
+    scheme: str = HERMITE_SIMPSON
+    intervals: int | None = Field(default=None, ge=2, le=1000)
     refinement: int | None = Field(default=None, ge=1, le=100)
     tolerance: Ratio = Field(default=1e-8, gt=0.0)
     iterations: int = Field(default=500, ge=1, le=1_000_000)

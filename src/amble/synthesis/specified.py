@@ -24,7 +24,7 @@ from amble.robot.catalogue import Posture
 from amble.robot.proposal import nominal_posture
 from amble.robot.sole import lowered
 from amble.synthesis.default_limits import default_limits
-from amble.synthesis.problem import GaitProblem, on_symmetric
+from amble.synthesis.problem import GaitProblem, intervals_of, on_symmetric
 from amble.types import frozen
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
     )
     posture = _posture(specification.posture, pattern.robot)
     outputs, margins, asked = specification.outputs, specification.limits.node_margins, specification.gait
-    phase = PHASES.build(outputs.phase.name, outputs.phase.parameters)
+    phase, solver = PHASES.build(outputs.phase.name, outputs.phase.parameters), specification.solver
     return GaitProblem(
         pattern=pattern,
         outputs=joint_outputs(pattern, outputs.order, outputs.free, phase, posture),
@@ -71,7 +71,8 @@ def problem_of(specification: Specification, folder: str | Path = ".") -> GaitPr
         lateral_speed=asked.lateral_speed,
         yaw_rate=asked.yaw_rate,
         posture=posture,
-        intervals=specification.solver.intervals,
+        intervals=intervals_of(solver.scheme, solver.intervals),
+        scheme=solver.scheme,
         node_margins=not catalogue.holds(pattern.robot) if margins is None else margins,
         gains=(outputs.position_gain, outputs.velocity_gain),
         cost=COSTS.build(specification.cost.name, specification.cost.parameters),
