@@ -100,7 +100,7 @@ def _travelled(scheme: CollocationScheme, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_nodes_and_weights_are_those_of_lobatto(scheme: CollocationScheme) -> None:
-    """Ends and zeros of P'_(s-1), weights 1 / (s (s-1) P_(s-1)^2) of the unit interval (Abramowitz and Stegun 25.4.32)."""
+    """Ends and zeros of P'_(s-1), weights 1 / (s (s-1) P_(s-1)^2) (Abramowitz and Stegun 25.4.32, on [0, 1])."""
     s = scheme.stages
     last = np.eye(s)[-1]
     inner = legendre.legroots(legendre.legder(last))

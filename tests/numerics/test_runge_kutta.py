@@ -9,7 +9,6 @@ import pytest
 
 from amble.errors import WorkError
 from amble.numerics.runge_kutta import STAGES, Tableau, dop853
-from amble.types import frozen
 
 
 def rate(x: np.ndarray) -> np.ndarray:

@@ -122,7 +122,7 @@ def through_nodes(name: str, values: NodeValues, at: Vector) -> Matrix:
 
 
 def hermite(name: str, values: NodeValues, rates: NodeValues, at: Vector) -> Matrix:
-    """Return the curve that is one polynomial in every interval, of degree 2 s - 1, through values and rates at its nodes.
+    """Return the curve that is a polynomial of degree 2 s - 1 in every interval, through values and rates at its nodes.
 
     Where values follow from the rates by the scheme it is the collocation polynomial, whose degree is s: that meets all
     of them.

@@ -241,15 +241,13 @@ class PostureSection(Section):
 
 
 class SolverSection(Section):
-    """Scheme, intervals a domain, how many a solved one is cut into, tolerance of the scaled problem, most iterations.
+    """Scheme, intervals a domain, how many a solved one is cut into, tolerance of the scaled problem, iterations.
 
-    ``name`` is that of a registered solver. The scheme is that of the collocation (``numerics.collocation.STAGES``), and
-    each has a number of intervals by default (``problem.INTERVALS``). Without ``refinement`` the mesh is made finer where the check of the gait
-    needs that.
+    ``name`` is that of a registered solver. A scheme (``numerics.collocation.STAGES``) has its number of intervals by
+    default. Without ``refinement`` the mesh is made finer where the check of the gait needs that.
     """
 
     name: str = "ipopt"
-
     scheme: str = HERMITE_SIMPSON
     intervals: int | None = Field(default=None, ge=2, le=1000)
     refinement: int | None = Field(default=None, ge=1, le=100)

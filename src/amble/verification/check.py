@@ -132,7 +132,7 @@ def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Re
 
 
 def _integral(domain: SampledDomain, values: Vector) -> float:
-    """By Simpson's rule over pairs of grid spacings; at the nodes alone, where they are uneven, by their own weights."""
+    """By Simpson's rule over pairs of grid spacings; at uneven nodes alone by the weights of their scheme."""
     from scipy.integrate import simpson
 
     motion = domain.trajectory
