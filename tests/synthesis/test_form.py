@@ -75,6 +75,7 @@ def changes(problem: GaitProblem) -> dict[str, GaitProblem]:
             problem, posture=replace(problem.posture, angles=scaled(problem.posture.angles, 0.9))
         ),
         "intervals": replace(problem, intervals=problem.intervals + 1),
+        "scheme": replace(problem, scheme="lobatto-5"),
         "node_margins": replace(problem, node_margins=not problem.node_margins),
         "gains": replace(problem, gains=(50.0, 10.0)),
         "cost": replace(problem, cost=HeavyTorque()),

@@ -46,7 +46,7 @@ DAMPING = 1e-3
 """Of the legs' answer to the base, in units of the robot a radian."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LevelWalk:
     """A domain of a walk with a level base: contacts, duration, s, scheme, and q, v, a at its nodes, (n, n_q)."""
 

@@ -137,7 +137,8 @@ def initial_guess(problem: GaitProblem, layout: Layout) -> Vector:
     for domain, base, path in zip(layout.domains, bases, paths, strict=True):
         T = durations[domain.stance.name]
         _, q, v, a = _smooth(problem, domain, T, inverse_kinematics(robot, base, pose[robot.base.size :], path))
-        walks.append(LevelWalk(problem.pattern.contacts(domain.stance), T, problem.collocation, q, v, a))
+        contacts, scheme = problem.pattern.contacts(domain.stance), problem.collocation
+        walks.append(LevelWalk(contacts=contacts, duration=T, scheme=scheme, q=q, v=v, a=a))
     turn = float(problem.command.way(sum(walk.duration for walk in walks))[2])
     shifts, forces = base_trajectory(problem.pattern, walks, turn)
     for domain, walk, base, path, shift, force in zip(layout.domains, walks, bases, paths, shifts, forces, strict=True):
