@@ -33,9 +33,14 @@ class Controller(ctypes.Structure):
     _fields_ = (
         *OneGait._fields_,
         ("asked", ctypes.c_double * 1),
+        ("left", ctypes.c_double * 1),
         ("followed", ctypes.c_double * 1),
-        ("node", ctypes.c_int * 2),
-        ("weight", ctypes.c_double * 2),
+        ("node", ctypes.c_int * 4),
+        ("part", ctypes.c_double * 4),
+        ("weight", ctypes.c_double * 4),
+        ("begin", ctypes.c_double),
+        ("end", ctypes.c_double),
+        ("planned", ctypes.c_double),
     )
 
 
@@ -46,7 +51,8 @@ def schedule(stabilised_gait: Gait) -> Schedule:
     found = impedance_schedule({(speed,): gait for speed in (0.1, 0.2, 0.4)}, ("speed",))
     share = np.random.default_rng(5).uniform(0.9, 1.1, found.tables.shape)
     share[..., :2], share[0] = share[..., :1], 1.0
-    return replace(found, tables=found.tables * share)
+    leads = np.random.default_rng(6).normal(size=(3, 1, 2, JOINTS))
+    return replace(found, tables=found.tables * share, leads=leads)
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +64,7 @@ def folder(schedule: Schedule, tmp_path_factory: pytest.TempPathFactory) -> Path
     ("flags", "largest"), [((), 1e-12), pytest.param(("-DAMBLE_FLOAT",), 1e-4, marks=pytest.mark.slow)]
 )
 def test_the_vectors_replay(folder: Path, tmp_path: Path, flags: tuple[str, ...], largest: float) -> None:
-    """Relative to the largest torque: seven commands of 80 calls each."""
+    """Relative to the largest torque: seven steps, five of them between commands, of 80 calls each."""
     program = built(folder, tmp_path / "replay", *flags, str(folder / "replay.c"))
     ran = subprocess.run([program, folder / "test_vectors.txt"], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
@@ -76,7 +82,9 @@ def test_turns_whose_feet_land_one_by_one_replay(tmp_path: Path) -> None:
     assert found.tables.shape[:3] == (2, 3, 6)  # two stances, and four between landings
     share = np.random.default_rng(5).uniform(0.9, 1.1, found.tables.shape)
     share[..., :2] = share[:, :, :1, :1]  # durations alike
-    folder = export_schedule(replace(found, tables=found.tables * share), (0.1, 0.1), tmp_path / "controller").folder
+    leads = np.random.default_rng(6).normal(size=(2, 3, 2, 2, JOINTS))
+    changed = replace(found, tables=found.tables * share, leads=leads)
+    folder = export_schedule(changed, (0.1, 0.1), tmp_path / "controller").folder
     program = built(folder, tmp_path / "replay", str(folder / "replay.c"))
     ran = subprocess.run([program, folder / "test_vectors.txt"], capture_output=True, text=True, check=False)
     words = ran.stdout.split()
@@ -109,12 +117,12 @@ def test_commands_are_followed_from_step_to_step(folder: Path, schedule: Schedul
             tick(stances[stance])
         assert c.stance == stance
         seen.append(c.followed[0])
-    expected = [0.1, 0.1, 0.13, 0.13, 0.16, 0.16, 0.17, 0.17, 0.17]  # a step is half a cycle
+    expected = [0.1, 0.1, 0.13, 0.13, 0.16, 0.16, 0.17, 0.17, 0.17]  # where they lead; a step is half a cycle
     assert seen == pytest.approx(expected, abs=1e-15)
-    weights = schedule.weights((0.17,))
-    assert {node: weight for node, weight in zip(c.node, c.weight, strict=True) if weight} == pytest.approx(
-        {node: weight for (node,), weight in weights.items()}
-    )
+    found = {node: 0.0 for node in c.node}
+    for node, weight in zip(c.node, c.weight, strict=True):
+        found[node] += weight
+    assert found == pytest.approx({node: weight for (node,), weight in schedule.weights((0.17,)).items()})
     law = schedule.law((0.17,)).entries[0].parameters
     np.testing.assert_allclose(list(out.stiffness), law[2 : 2 + JOINTS], rtol=1e-13)
 

@@ -89,7 +89,7 @@ def impedance_texts(gait: Gait, control: Impedance, law: AllocationLaw | None) -
     for stance, following in landings(gait):
         planned = domains[gait.pattern.solved.index(following)].duration
         domains.append(DomainTable.of(between[stance.name].parameters, joints, planned))
-    peak, lines = vectors(gait, domains, np.random.default_rng(SEED))
+    peak, lines = vectors(gait, lambda law, _: domains[law], np.random.default_rng(SEED))
     return {**impedance_code(gait, [domains]), "AXES": "0"}, {"test_vectors.txt": "\n".join([repr(peak), *lines, ""])}
 
 
@@ -173,23 +173,34 @@ def _tables(gait: Gait, nodes: Sequence[Sequence[DomainTable]]) -> str:
 
 
 def vectors(
-    gait: Gait, domains: Sequence[DomainTable], generator: np.random.Generator, command: Sequence[float] = ()
+    gait: Gait,
+    table: Callable[[int, float], DomainTable],
+    generator: np.random.Generator,
+    commands: Sequence[float] = (),
 ) -> tuple[float, list[str]]:
-    """Return the largest torque of the references, and a line a call: stance, command, clock, angles, rates, answer."""
+    """Return the largest torque of the references, and a line a call: stance, commands, clock, angles, rates, answer.
+
+    Args:
+        gait: the gait.
+        table: of a law by its place, at a clock in s.
+        generator: of the disturbances.
+        commands: with which the controller enters.
+    """
     joints, lines, peak = len(gait.robot.joints), list[str](), 0.0
     for number, entry in enumerate(exported_stances(gait)):
-        table = domains[entry.law]
-        t, p = ca.SX.sym("t"), ca.SX.sym("p", table.packed.size)
+        last = table(entry.law, math.inf)
+        t, p = ca.SX.sym("t"), ca.SX.sym("p", last.packed.size)
         function = ca.Function("references", [t, p], list(references(p, joints, t)))
-        for clock in np.linspace(0.0, 1.02 * table.hold, A_STANCE):
-            answer = [np.asarray(part).ravel() for part in function(float(clock), table.packed)]
-            answer += [table.stiffness, table.damping]
+        for clock in map(float, np.linspace(0.0, 1.02 * last.hold, A_STANCE)):
+            here = table(entry.law, clock)
+            answer = [np.asarray(part).ravel() for part in function(clock, here.packed)]
+            answer += [here.stiffness, here.damping]
             if entry.mirrored:
                 mirror = gait.robot.mirror.joints
                 answer = [mirror(part) for part in answer[:3]] + [part[mirror.index] for part in answer[3:]]
             peak = max(peak, float(np.abs(answer[2]).max()))
-            stance = " ".join([str(number), *(repr(float(value)) for value in command)])
-            lines.append(_line(gait, stance, float(clock), table, answer, generator))
+            stance = " ".join([str(number), *(repr(float(value)) for value in commands)])
+            lines.append(_line(gait, stance, clock, here, answer, generator))
     return peak, lines
 
 

@@ -13,11 +13,12 @@ from amble.export.law import numbers, whole_numbers
 from amble.export.vectors import SEED
 from amble.gait.impedance import HOLD
 from amble.gait.landing_stances import landings
+from amble.gait.ramp import at_clock, planned, ramped
 from amble.gait.schedule import Schedule
-from amble.types import NodeValues
+from amble.types import NodeValues, Vector
 
 INSIDE = 5
-"""Commands of the test vectors that are drawn, beside the gaits at both ends of all axes."""
+"""Steps of the test vectors between commands that are drawn, beside the gaits at both ends of all axes."""
 
 
 def schedule_texts(schedule: Schedule, changes: Sequence[float]) -> tuple[dict[str, str], dict[str, str]]:
@@ -35,9 +36,16 @@ def schedule_texts(schedule: Schedule, changes: Sequence[float]) -> tuple[dict[s
     gait, axes = schedule.gait, len(schedule.axes)
     nodes = [_domains(schedule, packed) for packed in schedule.tables.reshape(-1, *schedule.tables.shape[axes:])]
     code = impedance_code(gait, nodes)
+    solved = gait.pattern.solved
+    leads = [schedule.lead(command) for command in itertools.product(*schedule.values)]
+    passed = [*range(len(solved)), *(solved.index(following) or len(solved) for _, following in landings(gait))]
     lowest, highest = ([row[end] for row in schedule.values] for end in (0, -1))
     grid = [
-        f"#define STEP {len(gait.pattern.solved)}",
+        f"#define STEP {len(solved)}",
+        "/* Stances of a step that have passed where a law begins; of landings that end a step all of them. */",
+        whole_numbers("PASSED", "LAWS", passed),
+        "/* Torques that a change of the command by 1 a step adds: gait by gait, axis by axis, stance by stance, N m. */",
+        numbers("LEAD", str(sum(lead.size for lead in leads)), np.ravel(leads), REAL),
         "/* Values of the gaits, axis by axis, and how many; range, change a step, and where amble_enter begins. */",
         whole_numbers("GAITS", "AMBLE_AXES", [len(row) for row in schedule.values]),
         numbers("GRID", str(sum(map(len, schedule.values))), itertools.chain(*schedule.values), REAL),
@@ -52,12 +60,18 @@ def schedule_texts(schedule: Schedule, changes: Sequence[float]) -> tuple[dict[s
 
 
 def _vectors(schedule: Schedule, lowest: Sequence[float], highest: Sequence[float]) -> str:
+    """At the gaits at both ends of all axes, and in steps from one drawn command to another."""
     generator, lines, peak = np.random.default_rng(SEED), list[str](), 0.0
-    drawn = [generator.uniform(lowest, highest).tolist() for _ in range(INSIDE)]
-    for command in (lowest, highest, *drawn):
-        law = schedule.law(command)
-        packed = np.array([entry.parameters for entry in (*law.entries, *law.between.values())])
-        largest, more = vectors(schedule.gait, _domains(schedule, packed), generator, command)
+    drawn = [[generator.uniform(lowest, highest).tolist() for _ in range(2)] for _ in range(INSIDE)]
+    joints = len(schedule.gait.robot.joints)
+    for before, after in ([lowest, lowest], [highest, highest], *drawn):
+        law = ramped(schedule, before, after)
+        laws = [entry.parameters for entry in (*law.entries, *law.between.values())]
+
+        def table(place: int, clock: float, laws: Sequence[Vector] = laws) -> DomainTable:
+            return DomainTable.of(at_clock(laws[place], clock), joints, planned(laws[place]))
+
+        largest, more = vectors(schedule.gait, table, generator, [*before, *after])
         peak, lines = max(peak, largest), lines + more
     return "\n".join([repr(peak), *lines, ""])
 

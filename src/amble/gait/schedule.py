@@ -40,6 +40,8 @@ class Schedule:
         tables: packed numbers of every gait and law (``Impedance.numbers``), with the same ends of pieces as shares of
             the planned duration, (n_1, ..., n_axes, laws, size): of the solved stances, then of those between landings.
         starts: fixed points of the gaits, (n_1, ..., n_axes, 2 n_q).
+        leads: torques of every gait that a change of the command by 1 a step adds, (n_1, ..., n_axes, axes, solved
+            stances, n_joints), N m; None for none (``stability.leads``).
     """
 
     gait: Gait
@@ -47,6 +49,7 @@ class Schedule:
     values: tuple[tuple[float, ...], ...]
     tables: NodeValues
     starts: NodeValues
+    leads: NodeValues | None = None
 
     def weights(self, command: Sequence[float]) -> Mapping[tuple[int, ...], float]:
         """Return the gaits around a command with their multilinear weights, those of weight 0 left out.
@@ -75,6 +78,12 @@ class Schedule:
     def start(self, command: Sequence[float]) -> Vector:
         """Interpolate the gaits' fixed points, (2 n_q,): a guess of the one at a command."""
         return frozen(sum(weight * self.starts[place] for place, weight in self.weights(command).items()))
+
+    def lead(self, command: Sequence[float]) -> NodeValues:
+        """Interpolate the torques that a change of the command by 1 a step adds, (axes, solved stances, n_joints)."""
+        if self.leads is None:
+            return frozen(np.zeros((len(self.axes), len(self.gait.pattern.solved), len(self.gait.robot.joints))))
+        return frozen(sum(weight * self.leads[place] for place, weight in self.weights(command).items()))
 
     def law(self, command: Sequence[float]) -> InterpolatedImpedance:
         """Return the law at a command."""

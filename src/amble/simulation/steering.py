@@ -1,7 +1,8 @@
 """Walking under commands that change: a gain-scheduled law on ground that pushes only, step by step.
 
-A step is what the gaits of the schedule solve: half a cycle of mirrored gaits, a cycle of others. The command that the
-law follows changes where a step begins, by a rate limit at most, and is constant in it (docs/howto/transitions.md).
+A step is what the gaits of the schedule solve: half a cycle of mirrored gaits, a cycle of others. Where a step begins it
+is settled where the command goes in it, by so much at most, and on the way the law goes over
+(docs/howto/transitions.md).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from amble.defaults import TOLERANCE
 from amble.errors import InputError
 from amble.gait.landing_stances import between, laws
 from amble.gait.plant_errors import PlantErrors
+from amble.gait.ramp import ramped
 from amble.gait.record import Gait
 from amble.gait.schedule import Schedule
 from amble.gait.unilateral_loop import RELEASED, TOUCHED, unilateral_loop
@@ -46,7 +48,8 @@ class Stepper:
         """
         gait = schedule.gait
         self.schedule, self._limit = schedule, TIME_LIMIT * gait.period
-        law = schedule.law([row[0] for row in schedule.values])
+        somewhere = [row[0] for row in schedule.values]
+        law = ramped(schedule, somewhere, somewhere)
         whole = unilateral_loop(gait, control=law, errors=PlantErrors(friction=friction))
         self.state_names = tuple(whole.state_names[: 2 * gait.robot.size])
         self._laws = {name: place for name, (place, _) in laws(gait).items()}
@@ -64,19 +67,22 @@ class Stepper:
         """Return the unilateral state at the entry of a cycle with coordinates and rates ``state``, (2 n_q,)."""
         return unilateral_start(self.schedule.gait, state)
 
-    def __call__(self, number: int, command: Sequence[float], entry: Vector, tolerance: float) -> HybridArc:
+    def __call__(
+        self, number: int, before: Sequence[float], command: Sequence[float], entry: Vector, tolerance: float
+    ) -> HybridArc:
         """Walk one step.
 
         Args:
             number: which of a cycle's.
-            command: in it, one number an axis.
+            before: the command where it begins, one number an axis.
+            command: that where it ends.
             entry: unilateral state at its beginning.
             tolerance: of the integrator.
 
         Raises:
-            InputError: the command lies outside the schedule.
+            InputError: a command lies outside the schedule.
         """
-        law, system = self.schedule.law(command), self._steps[number]
+        law, system = ramped(self.schedule, before, command), self._steps[number]
         entries = [*law.entries, *law.between.values()]
         domains = []
         for domain in system.domains:
@@ -121,7 +127,7 @@ class SteeredStep:
     Attributes:
         time: at its entry, s.
         asked: what was asked for then, one number an axis.
-        command: what the law follows in it.
+        command: where the law's command goes in it.
         state: coordinates and rates at its entry, (2 n_q,).
         irregular: feet released, or touched out of their turn, in it.
     """
@@ -189,8 +195,9 @@ def steer(
     size, clock, steps, ended = 2 * schedule.gait.robot.size, 0.0, list[SteeredStep](), COMPLETED
     while clock < duration and ended == COMPLETED:
         wanted = asked[np.searchsorted(times, clock, side="right") - 1]
+        before = at
         at = at + np.clip(wanted - at, -most, most) if steps else at
-        arc = step(len(steps) % step.count, at, entry, tolerance)
+        arc = step(len(steps) % step.count, before, at, entry, tolerance)
         irregular = sum(event.transition.endswith((RELEASED, TOUCHED)) for event in arc.events)
         steps.append(
             SteeredStep(

@@ -233,7 +233,7 @@ def _failure(stepper: Stepper, sample: SampledStep, change: Vector) -> str:
     def walked(depth: int, command: Vector, entry: Vector) -> str:
         for direction in _directions(len(change), generator):
             there = np.clip(command + direction * change, low, high)
-            arc = stepper(depth % stepper.count, there, entry, TOLERANCE)
+            arc = stepper(depth % stepper.count, command, there, entry, TOLERANCE)
             if arc.ended != COMPLETED:
                 return f"from {', '.join(f'{value:g}' for value in sample.command)} {arc.ended}"
             further = walked(depth + 1, there, arc.events[-1].after) if depth + 1 < DEPTH else ""

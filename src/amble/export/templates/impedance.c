@@ -8,50 +8,104 @@ typedef AMBLE_REAL real;
 
 @TABLES@
 #if AMBLE_AXES
-/* One of `size` numbers of a table, between the gaits around the command. */
+/* One of `size` numbers of a table, between the gaits around both commands of the step. */
 static real at(const amble_controller *c, const real *table, int size, int place) {
   real sum = 0;
   int k;
-  for (k = 0; k < AMBLE_CORNERS; k++) sum += c->weight[k] * table[c->node[k] * size + place];
+  for (k = 0; k < 2 * AMBLE_CORNERS; k++) sum += c->weight[k] * table[c->node[k] * size + place];
   return sum;
 }
 
-/* Find the gaits around the command that is followed, and their multilinear weights. */
-static void surround(amble_controller *c) {
+/* Find the gaits around a command, and their multilinear weights. */
+static void surround(const real *command, int *node, real *part) {
   int cell[AMBLE_AXES], axis, k;
   real share[AMBLE_AXES];
   const real *values = GRID;
   for (axis = 0; axis < AMBLE_AXES; axis++) {
     int i = 0;
-    while (i + 2 < GAITS[axis] && c->followed[axis] >= values[i + 1]) i++;
+    while (i + 2 < GAITS[axis] && command[axis] >= values[i + 1]) i++;
     cell[axis] = i;
-    share[axis] = (c->followed[axis] - values[i]) / (values[i + 1] - values[i]);
+    share[axis] = (command[axis] - values[i]) / (values[i + 1] - values[i]);
     values += GAITS[axis];
   }
   for (k = 0; k < AMBLE_CORNERS; k++) {
-    c->node[k] = 0;
-    c->weight[k] = 1;
+    node[k] = 0;
+    part[k] = 1;
     for (axis = 0; axis < AMBLE_AXES; axis++) {
       int side = (k >> axis) & 1;
-      c->node[k] = c->node[k] * GAITS[axis] + cell[axis] + side;
-      c->weight[k] *= side ? share[axis] : 1 - share[axis];
+      node[k] = node[k] * GAITS[axis] + cell[axis] + side;
+      part[k] *= side ? share[axis] : 1 - share[axis];
     }
   }
 }
 
-/* Move the command that is followed towards what was asked for, where a step begins. */
+/* Weigh both commands by a share of the step. */
+static void weigh(amble_controller *c, real share) {
+  int k;
+  for (k = 0; k < AMBLE_CORNERS; k++) {
+    c->weight[k] = (1 - share) * c->part[k];
+    c->weight[k + AMBLE_CORNERS] = share * c->part[k + AMBLE_CORNERS];
+  }
+}
+
+/* Weigh them at the clock: the share grows up to the planned duration of the stance. */
+static void advance(amble_controller *c) {
+  real passed = c->clock < c->planned ? c->clock / c->planned : 1;
+  weigh(c, c->begin + (c->end - c->begin) * passed);
+}
+
+/* Settle between which shares of the step a stance leads, and its planned duration. */
+static void plan(amble_controller *c) {
+  int law = LAW_OF[c->stance], stances = PASSED[law] + (law < STEP), k;
+  real passed = 0, until = 0, whole = 0;
+  weigh(c, 0);
+  for (k = 0; k < STEP; k++) {
+    real duration = at(c, DURATION, LAWS, k);
+    if (k < PASSED[law]) passed += duration;
+    if (k < stances) until += duration;
+    whole += duration;
+  }
+  c->begin = PASSED[law] == STEP ? 1 : passed / whole;
+  c->end = stances == STEP ? 1 : until / whole;
+  weigh(c, c->end);
+  c->planned = at(c, DURATION, LAWS, law);
+  advance(c);
+}
+
+/* Go on to the next step: its command leads from the last one towards what was asked for. */
 static void move(amble_controller *c) {
-  int axis;
+  int axis, k;
   for (axis = 0; axis < AMBLE_AXES; axis++) {
     real way = c->asked[axis] - c->followed[axis];
     if (way > CHANGE[axis]) way = CHANGE[axis];
     if (way < -CHANGE[axis]) way = -CHANGE[axis];
+    c->left[axis] = c->followed[axis];
     c->followed[axis] += way;
   }
-  surround(c);
+  for (k = 0; k < AMBLE_CORNERS; k++) {
+    c->node[k] = c->node[k + AMBLE_CORNERS];
+    c->part[k] = c->part[k + AMBLE_CORNERS];
+  }
+  surround(c->followed, c->node + AMBLE_CORNERS, c->part + AMBLE_CORNERS);
 }
+
+/* What the change of the command in this step adds to the feed-forward of a law. */
+static real lead(const amble_controller *c, int law, int joint) {
+  real sum = 0;
+  int axis;
+  if (law >= STEP) return 0;
+  for (axis = 0; axis < AMBLE_AXES; axis++) {
+    int place = (axis * STEP + law) * AMBLE_JOINTS + joint;
+    sum += (c->followed[axis] - c->left[axis]) * at(c, LEAD, AMBLE_AXES * STEP * AMBLE_JOINTS, place);
+  }
+  return sum;
+}
+
+static real planned(const amble_controller *c) { return c->planned; }
 #else
 #define at(c, table, size, place) ((void)(c), (table)[place])
+
+static real planned(const amble_controller *c) { return DURATION[LAW_OF[c->stance]]; }
 #endif
 
 /* Values and rates of a law's curves at a clock; outside, the first and last pieces go on. */
@@ -72,6 +126,9 @@ static void curves(const amble_controller *c, int law, real *angle, real *rate, 
       push = push * xi + at(c, TORQUES, CURVES, first + k);
     }
     slope /= half;
+#if AMBLE_AXES
+    push += lead(c, law, i);
+#endif
     angle[i] = value + slope * beyond;
     rate[i] = clock < hold ? slope : 0;
     torque[i] = push;
@@ -165,7 +222,7 @@ static int lifts(const amble_controller *c, unsigned feet, real share) {
 /* Pass one switch that the feet ask for; whether there was one. A foot lands where it is down after it was up. */
 static int switched(amble_controller *c) {
   int i, here = c->stance;
-  real share = c->clock / at(c, DURATION, LAWS, LAW_OF[here]);
+  real share = c->clock / planned(c);
   if (!between_landings(here) && share < (real)AMBLE_EARLIEST) return 0;
   for (i = 0; i < SWITCHES; i++) {
     unsigned landing = SWITCH[i].landing;
@@ -175,6 +232,7 @@ static int switched(amble_controller *c) {
     c->clock = 0;
 #if AMBLE_AXES
     if (!between_landings(c->stance) && c->stance % STEP == 0) move(c);
+    plan(c);
 #endif
     return 1;
   }
@@ -191,10 +249,19 @@ static void follow(amble_controller *c) {
 /* A stance foot is up that stays down, or a swing foot down that neither just lifted nor is about to land. */
 static int wrong(const amble_controller *c) {
   unsigned here = DOWN[c->stance], after = AFTER[c->stance];
-  int young = between_landings(c->stance) || c->clock < (real)YOUNG * at(c, DURATION, LAWS, LAW_OF[c->stance]);
+  int young = between_landings(c->stance) || c->clock < (real)YOUNG * planned(c);
   unsigned allowed = here | after | (young ? BEFORE[c->stance] : 0u), needed = young ? here : here & after;
   return (c->down & ~allowed) != 0 || (needed & ~c->down) != 0;
 }
+
+#if AMBLE_AXES
+/* Begin in the middle of a step, both of whose commands are known. */
+static void settle(amble_controller *c) {
+  surround(c->left, c->node, c->part);
+  surround(c->followed, c->node + AMBLE_CORNERS, c->part + AMBLE_CORNERS);
+  plan(c);
+}
+#endif
 
 unsigned amble_enter(amble_controller *c, int stance) {
   int i;
@@ -210,38 +277,45 @@ unsigned amble_enter(amble_controller *c, int stance) {
     c->since[i] = 0;
   }
 #if AMBLE_AXES
-  for (i = 0; i < AMBLE_AXES; i++) c->asked[i] = c->followed[i] = START[i];
-  surround(c);
+  for (i = 0; i < AMBLE_AXES; i++) c->asked[i] = c->followed[i] = c->left[i] = START[i];
+  settle(c);
 #endif
   c->entered = MARK;
   return AMBLE_OK;
 }
 
 #if AMBLE_AXES
-unsigned amble_steer(amble_controller *c, const AMBLE_REAL command[AMBLE_AXES]) {
+/* Cut a command to the gaits. */
+static unsigned within(const AMBLE_REAL *command, real *found) {
   unsigned status = AMBLE_OK;
   int axis;
   for (axis = 0; axis < AMBLE_AXES; axis++) {
     if (!isfinite(command[axis])) return AMBLE_NOT_FINITE;
   }
   for (axis = 0; axis < AMBLE_AXES; axis++) {
-    real asked = command[axis];
-    if (asked < LOWEST[axis] || asked > HIGHEST[axis]) {
+    found[axis] = command[axis];
+    if (command[axis] < LOWEST[axis] || command[axis] > HIGHEST[axis]) {
       status = AMBLE_OUT_OF_RANGE;
-      asked = asked < LOWEST[axis] ? LOWEST[axis] : HIGHEST[axis];
+      found[axis] = command[axis] < LOWEST[axis] ? LOWEST[axis] : HIGHEST[axis];
     }
-    c->asked[axis] = asked;
   }
   return status;
 }
 
+unsigned amble_steer(amble_controller *c, const AMBLE_REAL command[AMBLE_AXES]) { return within(command, c->asked); }
+
 unsigned amble_enter_at(amble_controller *c, int stance, const AMBLE_REAL command[AMBLE_AXES]) {
+  return amble_enter_between(c, stance, command, command);
+}
+
+unsigned amble_enter_between(amble_controller *c, int stance, const AMBLE_REAL before[AMBLE_AXES],
+                             const AMBLE_REAL after[AMBLE_AXES]) {
   unsigned status = amble_enter(c, stance);
   int axis;
   if (status != AMBLE_OK) return status;
-  status = amble_steer(c, command);
-  for (axis = 0; axis < AMBLE_AXES; axis++) c->followed[axis] = c->asked[axis];
-  surround(c);
+  status = within(before, c->left) | within(after, c->followed);
+  for (axis = 0; axis < AMBLE_AXES; axis++) c->asked[axis] = c->followed[axis];
+  settle(c);
   return status;
 }
 #endif
@@ -260,6 +334,9 @@ unsigned amble_step(amble_controller *c, AMBLE_REAL dt, const AMBLE_REAL q[AMBLE
   c->silent = 0;
   confirm(c, dt, contact);
   follow(c);
+#if AMBLE_AXES
+  advance(c);
+#endif
   if (c->clock >= at(c, HOLD, LAWS, LAW_OF[c->stance])) status |= AMBLE_LATE;
   if (wrong(c)) status |= AMBLE_CONTACT_FLAGS;
   for (i = 0; i < AMBLE_JOINTS; i++) {

@@ -99,10 +99,14 @@ typedef struct {
   AMBLE_REAL since[AMBLE_FEET];
   AMBLE_REAL silent; /* time without a step, s */
 #if AMBLE_AXES
-  AMBLE_REAL asked[AMBLE_AXES];    /* the command that was asked for, and the one that is followed in this step */
+  AMBLE_REAL asked[AMBLE_AXES];    /* the command that was asked for */
+  AMBLE_REAL left[AMBLE_AXES];     /* where the command is at the begin of this step, and where at its end */
   AMBLE_REAL followed[AMBLE_AXES];
-  int node[AMBLE_CORNERS];         /* gaits around it, and their weights */
-  AMBLE_REAL weight[AMBLE_CORNERS];
+  int node[2 * AMBLE_CORNERS];     /* gaits around both, and their parts in them */
+  AMBLE_REAL part[2 * AMBLE_CORNERS];
+  AMBLE_REAL weight[2 * AMBLE_CORNERS]; /* those at the present share of the step */
+  AMBLE_REAL begin, end;           /* shares of the step at which this stance begins and ends as planned */
+  AMBLE_REAL planned;              /* its planned duration, s */
 #endif
 } amble_controller;
 
@@ -137,13 +141,17 @@ unsigned amble_watchdog(amble_controller *controller, AMBLE_REAL dt, const AMBLE
                         const AMBLE_REAL qd[AMBLE_JOINTS], amble_command *command);
 
 #if AMBLE_AXES
-/* Ask for a command. From the next step on it is approached, in every axis by the change a step that was walked at most.
- * Returns AMBLE_OK, AMBLE_OUT_OF_RANGE, or AMBLE_NOT_FINITE, where nothing is asked for. amble_enter begins with the
- * command nearest to 0. */
+/* Ask for a command. From the next step on it is approached, in every axis by the change a step that commands may use at
+ * most; within a step the law goes over smoothly. Returns AMBLE_OK, AMBLE_OUT_OF_RANGE, or AMBLE_NOT_FINITE, where
+ * nothing is asked for. amble_enter begins with the command nearest to 0. */
 unsigned amble_steer(amble_controller *controller, const AMBLE_REAL command[AMBLE_AXES]);
 
-/* As amble_enter, with this command in its first step. */
+/* As amble_enter, with this command in its first step. One that is not finite leaves the one nearest to 0. */
 unsigned amble_enter_at(amble_controller *controller, int stance, const AMBLE_REAL command[AMBLE_AXES]);
+
+/* As amble_enter_at, in a step in which the command goes from one to another, by whatever change. */
+unsigned amble_enter_between(amble_controller *controller, int stance, const AMBLE_REAL before[AMBLE_AXES],
+                             const AMBLE_REAL after[AMBLE_AXES]);
 #endif
 
 /* Whether a foot stands in a stance. */

@@ -46,17 +46,17 @@ int main(int argc, char **argv) {
   while (fscanf(file, "%d", &stance) == 1) {
     double d = 0.0;
 #if AMBLE_AXES
-    double asked[AMBLE_AXES];
-    AMBLE_REAL command_in[AMBLE_AXES];
-    if (!numbers(file, asked, AMBLE_AXES)) break;
-    for (i = 0; i < AMBLE_AXES; i++) command_in[i] = (AMBLE_REAL)asked[i];
+    double asked[2 * AMBLE_AXES];
+    AMBLE_REAL commands[2 * AMBLE_AXES];
+    if (!numbers(file, asked, 2 * AMBLE_AXES)) break;
+    for (i = 0; i < 2 * AMBLE_AXES; i++) commands[i] = (AMBLE_REAL)asked[i];
 #endif
     if (!numbers(file, &clock, 1) || !numbers(file, state, 2 * AMBLE_JOINTS) ||
         !numbers(file, expected, 6 * AMBLE_JOINTS) || fscanf(file, "%u", &status) != 1) {
       break;
     }
 #if AMBLE_AXES
-    amble_enter_at(&c, stance, command_in);
+    amble_enter_between(&c, stance, commands, commands + AMBLE_AXES);
 #else
     amble_enter(&c, stance);
 #endif
