@@ -14,7 +14,8 @@ from amble.gait.impedance import Impedance
 from amble.gait.schedule import Schedule
 from amble.gait.schedule_tables import impedance_schedule
 from amble.stability import poincare_map
-from amble.stability.scheduled import on_section, sampled_step, section_coordinates, track
+from amble.stability.sampled_step import on_section, sampled_step, section_coordinates
+from amble.stability.scheduled import track
 from amble.stability.spectrum import multipliers
 
 pytestmark = pytest.mark.slow

@@ -44,7 +44,7 @@ def schedule_texts(schedule: Schedule, changes: Sequence[float]) -> tuple[dict[s
         f"#define STEP {len(solved)}",
         "/* Stances of a step that have passed where a law begins; of landings that end a step all of them. */",
         whole_numbers("PASSED", "LAWS", passed),
-        "/* Torques that a change of the command by 1 a step adds: gait by gait, axis by axis, stance by stance, N m. */",
+        "/* Torques that a change of the command by 1 a step adds, gait by gait: by axes, stances and joints, N m. */",
         numbers("LEAD", str(sum(lead.size for lead in leads)), np.ravel(leads), REAL),
         "/* Values of the gaits, axis by axis, and how many; range, change a step, and where amble_enter begins. */",
         whole_numbers("GAITS", "AMBLE_AXES", [len(row) for row in schedule.values]),

@@ -1,6 +1,6 @@
 """Walking under commands that change: a gain-scheduled law on ground that pushes only, step by step.
 
-A step is what the gaits of the schedule solve: half a cycle of mirrored gaits, a cycle of others. Where a step begins it
+A step is what the gaits of the schedule solve: half a cycle of mirrored gaits, a cycle of others. Where one begins it
 is settled where the command goes in it, by so much at most, and on the way the law goes over
 (docs/howto/transitions.md).
 """

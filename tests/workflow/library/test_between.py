@@ -15,7 +15,9 @@ from amble.errors import InputError
 from amble.gait import Gait
 from amble.gait.files import content_hash, load_gait, save_gait
 from amble.gait.impedance import Impedance
-from amble.stability.scheduled import SampledStep, Tracking
+from amble.gait.schedule import Schedule
+from amble.stability.sampled_step import SampledStep
+from amble.stability.scheduled import Tracking
 from amble.workflow.library import between
 from amble.workflow.library.axes import read_library
 from amble.workflow.library.between import FOLDER, HEADER, load_transitions, transitions
@@ -43,11 +45,18 @@ def _told(gait: Gait, certificate: object) -> dict[str, object]:
     return {"gait": {"content_hash": content_hash(gait)}}
 
 
-def _tracking(schedule: object, **_: object) -> Tracking:
-    del schedule
+def _tracking(schedule: Schedule, **_: object) -> Tracking:
+    leads = np.arange(2.0 * 2 * 12).reshape(2, 1, 2, 12)
     matrices = (0.5 * np.eye(33),)
     sample = SampledStep(command=(0.2,), state=np.zeros(36), matrices=matrices, duration=0.15, speed=0.2, yaw_rate=0.0)
-    return Tracking(samples=(sample,), rate=0.5, metric=np.eye(33), tried=(0.02,), changes=(0.01,))
+    return Tracking(
+        schedule=replace(schedule, leads=leads),
+        samples=(sample,),
+        rate=0.5,
+        metric=np.eye(33),
+        tried=(0.02,),
+        changes=(0.01,),
+    )
 
 
 @pytest.fixture
@@ -63,6 +72,7 @@ def test_what_is_written_is_read(steerable: Path, stabilised_gait: Gait) -> None
     found = load_transitions(steerable)
     assert (found.axes, found.changes, found.friction) == (("speed",), (0.01,), 0.7)
     assert found.schedule.values == ((0.2, 0.3),)
+    np.testing.assert_array_equal(found.schedule.lead((0.3,)).ravel(), np.arange(24.0, 48.0))
     own = Impedance().numbers(stabilised_gait, None)
     for entry, expected in zip(found.schedule.law([0.25]).entries, own, strict=True):
         np.testing.assert_allclose(entry.parameters[:26], expected.parameters[:26], rtol=1e-13)
@@ -79,7 +89,8 @@ def test_a_gait_that_was_changed_is_refused(steerable: Path, stabilised_gait: Ga
 
 FORGED: dict[str, dict[str, object]] = {
     "another format": {"format": "amble gait"},
-    "another version": {"format_version": 2},
+    "another version": {"format_version": 1},
+    "leads of other gaits": {"leads": [0.0]},
     "an axis that no command changes": {"axes": ["friction"]},
     "more axes than changes": {"axes": ["speed", "height"]},
     "a change in words": {"changes": ["much"]},

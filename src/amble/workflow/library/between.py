@@ -29,11 +29,11 @@ from amble.simulation.steering import Steered, Stepper
 from amble.simulation.steering import steer as walk_steered
 from amble.stability.scheduled import Tracking, track
 from amble.stability.stabilize import stabilization
-from amble.types import Json
+from amble.types import Json, frozen
 from amble.workflow.library.axes import UNITS, label
 from amble.workflow.library.files import Library, LibraryEntry, load_library
 
-FORMAT, FORMAT_VERSION = "amble transitions", 1
+FORMAT, FORMAT_VERSION = "amble transitions", 2
 FOLDER, HEADER = "transitions", "transitions.json"
 
 COMMANDED = ("speed", "lateral_speed", "yaw_rate", "height")
@@ -53,6 +53,7 @@ class _Record(BaseModel):
     gaits: dict[str, str] = Field(min_length=2, max_length=100_000)
     changes: list[Positive]
     friction: Positive | None
+    leads: list[Annotated[float, Field(allow_inf_nan=False)]]
 
 
 RECORD = TypeAdapter(_Record)
@@ -86,7 +87,8 @@ def transitions(
     Every certified gait gets gains of the impedance law that stabilise it, from its neighbour's; gaits of lateral
     speeds or yaw rates from 0 on are completed by their mirror images; between the gaits the law is interpolated
     (``gait.schedule``); at every gait and between every two an orbit is found, one metric in which all of them
-    contract, and the largest change of commands that can be walked (``stability.scheduled``).
+    contract, torques that keep a walk from lagging behind, and the largest change of commands that can be walked
+    (``stability.scheduled``).
 
     Args:
         library: a library, or its folder, with two values or more along each commanded axis and one along others.
@@ -121,8 +123,8 @@ def transitions(
     with confined(found.folder), replacing_folder(folder, _ours) as fresh:
         for place, gait in gaits.items():
             save_gait(gait, fresh / f"{entries[place].label}.json")
-        atomic_write(fresh / HEADER, dumps(_tree(schedule, hashes, tracking, friction)) + "\n")
-    return Transitions(schedule=schedule, changes=tracking.changes, friction=friction)
+        atomic_write(fresh / HEADER, dumps(_tree(hashes, tracking, friction)) + "\n")
+    return Transitions(schedule=tracking.schedule, changes=tracking.changes, friction=friction)
 
 
 def load_transitions(library: str | Path) -> Transitions:
@@ -152,6 +154,13 @@ def load_transitions(library: str | Path) -> Transitions:
             )
         gaits[tuple(known[name].get(axis, np.nan) for axis in record.axes)] = gait
     schedule = impedance_schedule(gaits, record.axes, images=True)
+    pattern, robot = schedule.gait.pattern, schedule.gait.robot
+    shape = (*map(len, schedule.values), len(record.axes), len(pattern.solved), len(robot.joints))
+    if len(record.leads) != int(np.prod(shape)):
+        raise InputError(
+            f"{what} of these gaits (`amble transitions` writes it anew): it has {len(record.leads)} leads"
+        )
+    schedule = replace(schedule, leads=frozen(np.reshape(record.leads, shape)))
     return Transitions(schedule=schedule, changes=tuple(record.changes), friction=record.friction)
 
 
@@ -210,8 +219,9 @@ def _distance(place: Sequence[float], other: Sequence[float], spans: Sequence[fl
     return float(np.linalg.norm((np.array(place) - np.array(other)) / spans))
 
 
-def _tree(schedule: Schedule, hashes: Mapping[str, str], tracking: Tracking, friction: float | None) -> Json:
+def _tree(hashes: Mapping[str, str], tracking: Tracking, friction: float | None) -> Json:
     """What is written of a schedule that can be steered."""
+    schedule = tracking.schedule
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
@@ -232,4 +242,5 @@ def _tree(schedule: Schedule, hashes: Mapping[str, str], tracking: Tracking, fri
             }
             for sample in tracking.samples
         ],
+        "leads": [] if schedule.leads is None else list(map(float, schedule.leads.ravel())),
     }
