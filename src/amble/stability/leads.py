@@ -98,7 +98,7 @@ def _pushed(law: RampedImpedance, torques: NodeValues, joints: int) -> list[Vect
     """Add torques to the feed-forward at both ends of a ramp."""
     found = []
     for entry, more in zip(law.entries, torques, strict=True):
-        shares, first, second = np.split(entry.parameters, [2, 2 + (entry.parameters.size - 2) // 2])
+        shares, first, second = np.split(entry.parameters.copy(), [2, 2 + (entry.parameters.size - 2) // 2])
         for part in (first, second):
             unpacked(part, joints)[4][1, :, :, 0] += more  # the constant of every piece; a view
         found.append(frozen(np.concatenate([shares, first, second])))
