@@ -57,7 +57,7 @@ def with_leads(schedule: Schedule, samples: Mapping[tuple[float, ...], SampledSt
     Raises:
         WorkError: a step that is a little off an orbit does not come to its end.
     """
-    root = np.linalg.cholesky(metric).T
+    root = np.asarray(np.linalg.cholesky(metric).T, dtype=np.float64)
     ends = _Ends(schedule)
     found = [_lead(ends, samples[command], root) for command in itertools.product(*schedule.values)]
     shape = tuple(map(len, schedule.values))
@@ -107,14 +107,13 @@ def _pushed(law: RampedImpedance, torques: NodeValues, joints: int) -> list[Vect
 
 def _lead(ends: _Ends, sample: SampledStep, root: Matrix) -> NodeValues:
     """The torques at one gait, (axes, stances, n_joints)."""
-    schedule, here = ends.schedule, np.array(sample.command)
+    schedule, here = ends.schedule, sample.command
     robot, stances = schedule.gait.robot, len(schedule.gait.pattern.solved)
     push = TORQUE * robot.mass * robot.gravity * robot.leg_length
     slopes = []
     for number in range(stances * ends.size):
-        torques = np.zeros(stances * ends.size)
-        torques[number] = push
-        torques = torques.reshape(stances, ends.size)
+        torques = np.zeros((stances, ends.size))
+        torques.flat[number] = push
         up, down = (ends(sample.state, here, here, sign * torques) for sign in (1.0, -1.0))
         slopes.append(root @ (up - down) / (2.0 * push))
     slope = np.stack(slopes, axis=1)
@@ -127,12 +126,13 @@ def _lead(ends: _Ends, sample: SampledStep, root: Matrix) -> NodeValues:
 
 def _miss(ends: _Ends, sample: SampledStep, axis: int) -> Vector:
     """E of (1) along an axis, by changes to both sides where there are gaits."""
-    here, row = np.array(sample.command), ends.schedule.values[axis]
-    sides = np.clip(here[axis] + STEP * (row[-1] - row[0]) * np.array([-1.0, 1.0]), row[0], row[-1])
-    low, high = (np.where(np.arange(len(here)) == axis, side, here) for side in sides)
-    mean = np.mean(sample.matrices, axis=0)
-    orbit, ramp = (
-        (ends(sample.state, *above) - ends(sample.state, *below)) / (sides[1] - sides[0])
-        for above, below in (((high, high), (low, low)), ((here, high), (here, low)))
+    here, row = sample.command, ends.schedule.values[axis]
+    side = STEP * (row[-1] - row[0])
+    low, high = (
+        (*here[:axis], min(max(here[axis] + sign * side, row[0]), row[-1]), *here[axis + 1 :]) for sign in (-1.0, 1.0)
     )
+    span = high[axis] - low[axis]
+    orbit = (ends(sample.state, high, high) - ends(sample.state, low, low)) / span
+    ramp = (ends(sample.state, here, high) - ends(sample.state, here, low)) / span
+    mean = np.mean(sample.matrices, axis=0)
     return np.asarray(ramp - np.linalg.solve(np.eye(len(mean)) - mean, orbit))

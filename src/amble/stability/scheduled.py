@@ -125,9 +125,9 @@ def _failure(stepper: Stepper, sample: SampledStep, change: Vector) -> str:
     """Say how a walk ends under commands that go up or down by a change at every step; empty where none does."""
     low, high = (np.array([row[end] for row in stepper.schedule.values]) for end in (0, -1))
 
-    def walked(depth: int, command: Vector, entry: Vector, corner: Vector) -> str:
+    def walked(depth: int, command: list[float], entry: Vector, corner: Vector) -> str:
         for sign in (1.0, -1.0):
-            there = np.clip(command + sign * corner * change, low, high)
+            there = np.clip(np.array(command) + sign * corner * change, low, high).tolist()
             arc = stepper(depth % stepper.count, command, there, entry, TOLERANCE)
             if arc.ended != COMPLETED:
                 return f"from {', '.join(f'{value:g}' for value in sample.command)} {arc.ended}"
@@ -137,7 +137,7 @@ def _failure(stepper: Stepper, sample: SampledStep, change: Vector) -> str:
         return ""
 
     entry = stepper.start(sample.state)
-    return next(filter(None, (walked(0, np.array(sample.command), entry, c) for c in _corners(len(change)))), "")
+    return next(filter(None, (walked(0, list(sample.command), entry, c) for c in _corners(len(change)))), "")
 
 
 def _corners(axes: int) -> list[Vector]:
