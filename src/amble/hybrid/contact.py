@@ -209,8 +209,8 @@ class PointContact(Contact):
         return self if base.in_space else PLANAR_POINT
 
     def internal_forces(self, points: Sequence[ca.SX], frames: Sequence[Any], count: int) -> ca.SX:
-        """Closed forms for up to four feet, the kernel of the grasp map for more."""
-        return point_forces(points) if len(points) <= 4 else super().internal_forces(points, frames, count)
+        """Closed forms for up to three feet, the kernel of the grasp map for more."""
+        return point_forces(points) if len(points) <= 3 else super().internal_forces(points, frames, count)
 
 
 @dataclass(frozen=True)

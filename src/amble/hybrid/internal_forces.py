@@ -8,23 +8,20 @@ from itertools import combinations
 import casadi as ca
 
 from amble.errors import InputError
-from amble.numerics.linear_algebra import OrthogonalFactor, SymmetricFactor
+from amble.numerics.linear_algebra import OrthogonalFactor
 
 
 def point_forces(feet: Sequence[ca.SX]) -> ca.SX:
-    """Return W (3 n_c, k) for up to four point feet: k = 0, 0, 1, 3, 6.
+    """Return W (3 n_c, k) for up to three point feet: k = 0, 0, 1, 3.
 
-    Two and three feet: internal forces [e; -e] along the lines between the feet. Four feet: those of the first
-    three, and for each axis a unit force at the fourth foot with the smallest forces of the first three that balance
-    it; the six along lines alone would lose one direction where four feet lie on a plane. The feet must not coincide,
-    and three of them must not lie on a line.
+    They are forces [e; -e] along the lines between the feet, which must not coincide nor lie on one line. The six of
+    four feet would lose one direction where these lie on a plane: more feet take ``kernel_of_grasp``, which only needs
+    three feet, any of them, off one line.
 
     Args:
         feet: positions of the feet in the world frame, (3,) each, m.
     """
-    columns = [_line_force(feet, a, b) for a, b in combinations(range(min(len(feet), 3)), 2)]
-    if len(feet) == 4:
-        columns.append(_balance(feet))
+    columns = [_line_force(feet, a, b) for a, b in combinations(range(len(feet)), 2)]
     return ca.horzcat(*columns) if columns else ca.SX(3 * len(feet), 0)
 
 
@@ -72,16 +69,3 @@ def _line_force(feet: Sequence[ca.SX], a: int, b: int) -> ca.SX:
     column[3 * a : 3 * a + 3] = line
     column[3 * b : 3 * b + 3] = -line
     return column
-
-
-def _balance(feet: Sequence[ca.SX]) -> ca.SX:
-    """Unit forces at the fourth foot, balanced by the first three: (12, 3)."""
-    three = ca.horzcat(*[_grasp(foot - feet[3]) for foot in feet[:3]])
-    fourth = _grasp(ca.SX.zeros(3))
-    answer = -three.T @ SymmetricFactor.of(three @ three.T).solve(fourth)
-    return ca.vertcat(answer, ca.SX.eye(3))
-
-
-def _grasp(arm: ca.SX) -> ca.SX:
-    """Force and moment about the reference of a force at the end of the arm: (6, 3)."""
-    return ca.vertcat(ca.SX.eye(3), ca.skew(arm))
