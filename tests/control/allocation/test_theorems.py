@@ -20,7 +20,7 @@ from amble.control import (
 from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints, pack
 from amble.hybrid import Contacts, Stance
-from amble.hybrid.internal_forces import point_forces
+from amble.hybrid.contact import POINT
 from tests import robots
 from tests.control.allocation.stances import FOREIGN, NAMES, allocate, dynamics, random_postures, samples, stance_feet
 
@@ -47,7 +47,7 @@ def test_internal_forces_of_four_feet_on_a_plane_span_six_directions(name: str) 
     del name
     generator = np.random.default_rng(2)
     symbol = ca.SX.sym("p", 12)
-    function = ca.Function("W", [symbol], [point_forces([symbol[3 * i : 3 * i + 3] for i in range(4)])])
+    function = ca.Function("W", [symbol], [POINT.internal_forces(ca.vertsplit(symbol, 3), [ca.DM.eye(3)] * 4, 6)])
     feet = np.array([[0.3, 0.2, 0.0], [0.3, -0.2, 0.0], [-0.3, 0.2, 0.0], [-0.3, -0.2, 0.0]])
     for _ in range(20):
         tilt = np.linalg.qr(generator.normal(size=(3, 3)))[0]
