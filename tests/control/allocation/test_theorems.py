@@ -21,6 +21,7 @@ from amble.control.linearisation import linearise
 from amble.control.virtual_constraints import VirtualConstraints, pack
 from amble.hybrid import Contacts, Stance
 from amble.hybrid.contact import POINT
+from amble.hybrid.internal_forces import point_forces
 from tests import robots
 from tests.control.allocation.stances import FOREIGN, NAMES, allocate, dynamics, random_postures, samples, stance_feet
 
