@@ -390,3 +390,50 @@ int amble_flow(const Problem *problem, const Tableau *tableau, const double *sta
     free(work);
     return status;
 }
+
+/* A domain of a cycle: its flow, whose guards are those of the transitions, then the margins; where a transition leads. */
+typedef struct {
+    const Problem *problem;
+    const Callee *resets; /* by transition */
+    const int *targets;   /* numbers of domains */
+    int n_transitions;
+} Passage;
+
+#define MOST_EVENTS 10000 /* of a cycle; of walk.py */
+#define ACCUMULATED 1e-8  /* s: stays so short may accumulate; of walk.py */
+
+/* whether a motion can begin in a domain */
+static int open(const Problem *problem, int n_transitions, const double *state) {
+    for (int i = 0; i < problem->n; ++i)
+        if (!isfinite(state[i])) return 0;
+    for (int guard = n_transitions; guard < problem->n_guards; ++guard)
+        if (!(call(problem, problem->guards + guard, 0, state) > 0)) return 0;
+    return 1;
+}
+
+/* Apply the map from the entry of the first domain to its next entry `cycles` times to every start, in place. Writes
+ * whether each came back in the plain way: where not, it is not said why, and its state means nothing. */
+void amble_map(const Passage *passages, const Tableau *tableau, double tolerance, double time_limit, double max_step,
+               int cycles, int count, double *states, int *returned) {
+    const int n = passages[0].problem->n;
+    double *ends = malloc(2 * n * sizeof(double));
+    for (int start = 0; start < count; ++start) {
+        double *state = states + (size_t)start * n;
+        int domain = 0, done = 0, passed = 0;
+        while (ends && done < cycles && passed++ < MOST_EVENTS) {
+            const Passage *here = passages + domain;
+            double clocks[2], end;
+            int fired, steps;
+            if (!open(here->problem, here->n_transitions, state)) break;
+            const int status = amble_flow(here->problem, tableau, state, tolerance, time_limit, max_step, 2, clocks, ends, &end,
+                                          &fired, &steps);
+            if (status != CROSSED || fired >= here->n_transitions || end < ACCUMULATED) break;
+            call(here->problem, here->resets + fired, end, ends + n);
+            memcpy(state, here->resets[fired].results[0], n * sizeof(double));
+            domain = here->targets[fired];
+            if (domain == 0) ++done, passed = 0;
+        }
+        returned[start] = ends && done == cycles;
+    }
+    free(ends);
+}

@@ -22,11 +22,15 @@ TABLEAU = ("a", "c", "error3", "error5", "dense")
 """The arrays of the method, in the order of the C structure."""
 
 
-class _Tableau(ctypes.Structure):
+class Tableau(ctypes.Structure):
+    """``Tableau`` of dormand_prince.c."""
+
     _fields_ = tuple((name, DOUBLES) for name in TABLEAU)
 
 
-class _Problem(ctypes.Structure):
+class Problem(ctypes.Structure):
+    """``Problem`` of dormand_prince.c."""
+
     _fields_ = (
         ("field", ctypes.POINTER(Callee)),
         ("guards", ctypes.POINTER(Callee)),
@@ -41,7 +45,7 @@ class _Problem(ctypes.Structure):
 
 
 ARGUMENTS = (
-    ctypes.POINTER(_Problem), ctypes.POINTER(_Tableau), DOUBLES, ctypes.c_double, ctypes.c_double, ctypes.c_double,
+    ctypes.POINTER(Problem), ctypes.POINTER(Tableau), DOUBLES, ctypes.c_double, ctypes.c_double, ctypes.c_double,
     ctypes.c_int, DOUBLES, DOUBLES, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int),
     ctypes.POINTER(ctypes.c_int),
 )  # fmt: skip
@@ -53,8 +57,8 @@ class NativeFlow:
 
     definition: FlowDefinition
     routine: Any
-    problem: _Problem
-    tableau: _Tableau
+    problem: Problem
+    tableau: Tableau
     kept: tuple[Any, ...]
 
     def __call__(self, start: Vector, tolerance: float, time_limit: float, samples: int, max_step: float) -> Arc:
@@ -94,7 +98,7 @@ def prepare(definition: FlowDefinition) -> Flow | None:
     first = np.array([max(item.dead_time, RESOLUTION) for item in definition.events])
     steepest = np.array([item.slope_bound for item in definition.events])
     breakpoints = np.array(definition.breakpoints)
-    problem = _Problem(
+    problem = Problem(
         ctypes.pointer(field), ctypes.cast(guards, ctypes.POINTER(Callee)), doubles(sign),
         doubles(first), doubles(steepest), doubles(breakpoints), definition.field.numel_in(1), len(events),
         breakpoints.size,
@@ -102,4 +106,4 @@ def prepare(definition: FlowDefinition) -> Flow | None:
     method = dop853()
     arrays = tuple(np.array(getattr(method, name)) for name in TABLEAU)
     kept = (followed, events, field, guards, sign, first, steepest, breakpoints, arrays)
-    return NativeFlow(definition, routine, problem, _Tableau(*map(doubles, arrays)), kept)
+    return NativeFlow(definition, routine, problem, Tableau(*map(doubles, arrays)), kept)

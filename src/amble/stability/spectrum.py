@@ -189,21 +189,49 @@ def pseudospectral_radius(matrix: Matrix, size: float) -> float:
     if size == 0.0:
         return low
     high = float(np.linalg.norm(matrix, 2)) + size
-    floor = low
-    below = np.full(angles.size, -np.inf)  # a lower bound of smin(z 1 - A) at every angle
-    reached = low
+    circles, floor, step = _Circles(matrix, size, angles, low, high), low, size
+    while low + step < high and circles.attain(low + step):  # most often the radius is near, and the norm far
+        step *= 4.0
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        below -= abs(middle - reached)  # smin(z 1 - A) changes by |z - z'| at most
-        doubtful, reached = below <= size, middle
-        below[doubtful] = _smallest(matrix, middle, angles[doubtful])
-        if np.any(below <= size):
+        if circles.attain(middle):
             low = middle
         else:
             high = middle
         if high - low <= 1e-3 * max(high - floor, 1e-15):
             break
     return high
+
+
+class _Circles:
+    """Which circles |z| = modulus the pseudospectrum reaches: all up to one, as each of its parts has an eigenvalue."""
+
+    def __init__(self, matrix: Matrix, size: float, angles: Vector, inside: float, outside: float) -> None:
+        self._matrix, self._size, self._angles = matrix, size, angles
+        self._inside, self._outside, self._reached = inside, outside, inside
+        self._below = np.full(angles.size, -np.inf)  # a lower bound of smin(z 1 - A) at every angle
+
+    def attain(self, modulus: float) -> bool:
+        """Whether smin(z 1 - A) <= size at one of the angles."""
+        if not self._inside < modulus < self._outside:
+            return modulus <= self._inside
+        self._below -= abs(modulus - self._reached)  # smin(z 1 - A) changes by |z - z'| at most
+        self._reached = modulus
+        found = self._looked(modulus)
+        self._inside, self._outside = (modulus, self._outside) if found else (self._inside, modulus)
+        return found
+
+    def _looked(self, modulus: float) -> bool:
+        """Look at the angles of the least bounds first: where smin was small it is most often small again."""
+        doubtful, count = np.flatnonzero(self._below <= self._size), 1
+        doubtful = doubtful[np.argsort(self._below[doubtful], kind="stable")]
+        while doubtful.size:
+            now, doubtful = doubtful[:count], doubtful[count:]
+            self._below[now] = _smallest(self._matrix, modulus, self._angles[now])
+            if np.any(self._below[now] <= self._size):
+                return True
+            count *= 4
+        return False
 
 
 def _smallest(matrix: Matrix, modulus: float, angles: Vector) -> Vector:
