@@ -29,6 +29,12 @@ def test_prove_and_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     out.write_text(json.dumps(tree), encoding="utf-8")
     assert exit_code("prove", f"{WHEEL}:rolling", "--verify", str(out)) == 1
     assert "does not follow" in capsys.readouterr().err
+    tree["found"] |= {"steps": [["1p-11"] * 2000], "bits": 1024}
+    out.write_text(json.dumps(tree), encoding="utf-8")
+    assert exit_code("prove", f"{WHEEL}:rolling", "--verify", str(out)) == 2
+    refused = capsys.readouterr().err
+    assert "are more work than is begun on" in refused
+    assert "Traceback" not in refused
 
 
 @pytest.mark.parametrize(

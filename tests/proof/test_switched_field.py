@@ -11,6 +11,7 @@ import pytest
 from flint import arb
 
 from amble.control.loop_equations import LoopEquations
+from amble.errors import InputError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.proof.arithmetic import working_precision
 from amble.proof.leg import Leg
@@ -100,6 +101,13 @@ def test_no_step_passes_a_breakpoint() -> None:
         assert float(ending.part(arb(MARKS[-1]), state).rate[1]) == PUSHES[2] - 1.0  # closed: a step may end there
         with pytest.raises(StepError, match="between two breakpoints"):
             ending.part(arb(0.75), state)
+
+
+@pytest.mark.parametrize("ends", [(0.1, 0.7, 0.375, inf), (0.1, 0.1, 0.375, inf), (0.0, 0.1, 0.375, inf)])
+def test_stretches_that_overlap_are_refused(ends: tuple[float, ...]) -> None:
+    """The later of two that held at one clock was taken."""
+    with pytest.raises(InputError, match="end at clocks that do not ascend"):
+        pushed(ends=ends)
 
 
 def test_at_a_breakpoint_the_motion_goes_on_with_the_next_stretch() -> None:

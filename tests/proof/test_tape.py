@@ -132,10 +132,14 @@ def test_a_switch_that_depends_on_the_point_is_not_decided() -> None:
             tape([arb(1, 0.25)])
 
 
-def test_what_is_no_expression_is_refused() -> None:
+@pytest.mark.parametrize(
+    "operation",
+    [ca.erf, ca.floor, ca.ceil, ca.sign, lambda x: ca.fmod(x, 2), lambda x: ca.atan2(x, 2), lambda x: x == 0],
+)
+def test_what_has_no_enclosure_is_refused(operation: Callable[[ca.SX], ca.SX]) -> None:
     x = ca.SX.sym("x", 1)
     with pytest.raises(InputError, match="cannot be enclosed"):
-        record(ca.Function("f", [x], [ca.erf(x)]))
+        record(ca.Function("f", [x], [operation(x)]))
 
 
 def test_the_listing_tells_expressions_and_constants_apart() -> None:

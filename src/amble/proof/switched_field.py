@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flint import arb, arb_mat
 
+from amble.errors import InputError
 from amble.proof.step import Field, Part, Step, StepError
 from amble.proof.tape import Tape
 
@@ -22,6 +24,16 @@ class SwitchedField:
 
     fields: tuple[Field, ...]
     ends: tuple[arb, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse stretches that do not follow each other: at one clock two would hold.
+
+        Raises:
+            InputError: their ends do not ascend from a clock above 0.
+        """
+        if not all(earlier < later for earlier, later in itertools.pairwise((arb(0), *self.ends))):
+            ends = ", ".join(f"{float(end):g}" for end in self.ends)
+            raise InputError(f"the stretches of a control law end at clocks that do not ascend: {ends} s")
 
     @property
     def size(self) -> int:
