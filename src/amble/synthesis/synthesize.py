@@ -166,20 +166,20 @@ def _by_several_ways(
         return tries.solve(problem, None, quick, FIRST_TRY)
     except GaitNotSolvedError as error:
         unsolved = error
-    for asked, eased in _ways(problem):
+    for asked, way in _ways(problem):
         half = replace(asked, intervals=(problem.intervals + 1) // 2)
         try:
-            start = tries.solve(_eased(half), None, quick, LATER_TRY) if eased else None
-            coarse = tries.solve(half, start, quick, LATER_TRY)
+            start = tries.solve(_eased(half), None, quick, LATER_TRY) if way == "eased" else None
+            coarse = None if way == "whole" else tries.solve(half, start, quick, LATER_TRY)
             found = tries.solve(asked, coarse, quick, LATER_TRY)
         except NotSolvedError:
             continue
         logger.warning(
-            "not solved on %d intervals from the kinematic walk (%s), but from the gait of %d intervals%s",
+            "not solved on %d intervals from the kinematic walk (%s), but %s%s",
             problem.intervals,
             unsolved.status,
-            half.intervals,
-            "" if asked is problem else f"; feet that a landing releases rise at {asked.release:g} sqrt(g l) at least",
+            "so" if way == "whole" else f"from the gait of {half.intervals} intervals",
+            "" if asked is problem else f": feet that a landing releases rise at {asked.release:g} sqrt(g l) at least",
         )
         return found
     if not unsolved.refused or run is not ipopt:
@@ -190,11 +190,15 @@ def _by_several_ways(
         raise unsolved from None
 
 
-def _ways(problem: GaitProblem) -> list[tuple[GaitProblem, bool]]:
-    """What is tried after the kinematic walk, and whether it comes from an eased gait."""
-    ways = [(problem, False), (problem, True)]
+def _ways(problem: GaitProblem) -> list[tuple[GaitProblem, str]]:
+    """What is tried after the kinematic walk on the whole mesh: a problem, and from what.
+
+    From half the intervals, from half the intervals of an eased gait, or from the walk on the whole mesh.
+    """
+    ways = [(problem, "half"), (problem, "eased")]
     if releases(problem.pattern) and problem.release > SLOW_RELEASE:
-        ways.append((replace(problem, release=SLOW_RELEASE), False))
+        slow = replace(problem, release=SLOW_RELEASE)
+        ways += [(slow, "half"), (slow, "whole")]
     return ways
 
 
