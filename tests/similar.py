@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from amble.gait import DomainTrajectory, Feedback, Gait, Limits
-from amble.io.quantities import LENGTHS
-from amble.robot import Robot
+from amble.robot import Joint, Robot
+from amble.robot.coordinate_units import is_length
 from amble.types import frozen
 
 
@@ -29,20 +29,25 @@ def similar_robot(robot: Robot, mass: float, length: float) -> Robot:
             )
             for link in robot.links
         ),
-        joints=tuple(
-            replace(
-                joint,
-                translation=frozen(length * joint.translation),
-                effort=mass * length * joint.effort,
-                velocity=joint.velocity / np.sqrt(length),
-                rotor_inertia=mass * length**2 * joint.rotor_inertia,
-                damping=mass * length * np.sqrt(length) * joint.damping,
-                dry_friction=mass * length * joint.dry_friction,
-                friction_width=joint.friction_width / np.sqrt(length),
-            )
-            for joint in robot.joints
-        ),
+        joints=tuple(_joint(joint, mass, length) for joint in robot.joints),
         feet=tuple(replace(foot, offset=frozen(length * foot.offset)) for foot in robot.feet),
+    )
+
+
+def _joint(joint: Joint, mass: float, length: float) -> Joint:
+    unit = length if joint.prismatic else 1.0
+    torque, time = mass * length / unit, np.sqrt(length)
+    return replace(
+        joint,
+        translation=frozen(length * joint.translation),
+        lower=unit * joint.lower,
+        upper=unit * joint.upper,
+        effort=torque * joint.effort,
+        velocity=unit / time * joint.velocity,
+        rotor_inertia=torque * time**2 / unit * joint.rotor_inertia,
+        damping=torque * time / unit * joint.damping,
+        dry_friction=torque * joint.dry_friction,
+        friction_width=unit / time * joint.friction_width,
     )
 
 
@@ -50,7 +55,8 @@ def similar(gait: Gait, mass: float, length: float) -> Gait:
     """Scale a gait with its robot, limits and feedback."""
     time, force = float(np.sqrt(length)), mass
     robot = similar_robot(gait.robot, mass, length)
-    unit = np.where([name in LENGTHS for name in robot.coordinate_names], length, 1.0)
+    unit = np.where([is_length(robot, name) for name in robot.coordinate_names], length, 1.0)
+    joints = unit[robot.base.size :]
 
     def trajectory(part: DomainTrajectory) -> DomainTrajectory:
         return replace(
@@ -60,7 +66,7 @@ def similar(gait: Gait, mass: float, length: float) -> Gait:
             positions=frozen(unit * part.positions),
             velocities=frozen(unit / time * part.velocities),
             accelerations=frozen(unit / time**2 * part.accelerations),
-            torques=frozen(force * length * part.torques),
+            torques=frozen(force * length / joints * part.torques),
             forces=frozen(force * part.forces),
             impulse=frozen(force * time * part.impulse),
         )
@@ -77,7 +83,7 @@ def similar(gait: Gait, mass: float, length: float) -> Gait:
         pattern=replace(gait.pattern, robot=robot),
         speed=length / time * gait.speed,
         gains=(gait.gains[0] / time**2, gait.gains[1] / time),
-        limits=_limits(gait.limits, mass, length),
+        limits=_limits(gait.limits, robot, mass, length),
         domains=tuple(trajectory(part) for part in gait.domains),
         solver=replace(gait.solver, objective=(force * length) ** 2 * gait.solver.objective),
         feedback=None if gait.feedback is None else feedback(gait.feedback),
@@ -85,8 +91,11 @@ def similar(gait: Gait, mass: float, length: float) -> Gait:
     )
 
 
-def _limits(limits: Limits, mass: float, length: float) -> Limits:
+def _limits(limits: Limits, robot: Robot, mass: float, length: float) -> Limits:
     time = np.sqrt(length)
+
+    def unit(name: str) -> float:
+        return length if is_length(robot, name) else 1.0
 
     def scaled(pair: tuple[float, float], by: float) -> tuple[float, float]:
         return (float(by * pair[0]), float(by * pair[1]))
@@ -95,9 +104,9 @@ def _limits(limits: Limits, mass: float, length: float) -> Limits:
     return replace(
         limits,
         durations={name: scaled(pair, time) for name, pair in limits.durations.items()},
-        positions={name: scaled(pair, length if name in LENGTHS else 1.0) for name, pair in limits.positions.items()},
-        speeds={name: value / time for name, value in limits.speeds.items()},
-        torques={name: mass * length * value for name, value in limits.torques.items()},
+        positions={name: scaled(pair, unit(name)) for name, pair in limits.positions.items()},
+        speeds={name: unit(name) * value / time for name, value in limits.speeds.items()},
+        torques={name: mass * length / unit(name) * value for name, value in limits.torques.items()},
         acceleration=limits.acceleration / length,
         touchdown_velocity=(x, y, z),
         normal_force=mass * limits.normal_force,

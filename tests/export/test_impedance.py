@@ -187,7 +187,7 @@ class NoWindow(Impedance):
 )
 def test_the_window_is_that_of_the_law(stabilised_gait: Gait, control: Impedance, window: tuple[str, str]) -> None:
     """To the last digit; it does not depend on the tables."""
-    table = DomainTable.of(np.ones(2 + 2 * JOINTS + 2 + 2 * JOINTS * (ORDER + 1)), JOINTS, 1.0)
+    table = DomainTable.of(np.ones(2 + 2 * JOINTS + 2 + 2 * JOINTS * (ORDER + 1)), np.ones(JOINTS), 1.0)
     code = impedance_code(replace(stabilised_gait, control=control), [[table]])
     assert (code["EARLIEST_LIFT_OFF"], code["LATEST_LIFT_OFF"]) == window
 

@@ -69,6 +69,8 @@ def name(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(params=sorted(STANCES))
 def case(name: str, request: pytest.FixtureRequest) -> Case:
+    if request.param > 2 and any(len(leg) < 3 for leg in robot(name).legs.values()):
+        pytest.skip("legs of two joints hold their feet at fixed places sideways: three tie each other up, or nearly")
     return build_case(name, request.param)
 
 

@@ -15,6 +15,7 @@ from amble.robot import Robot, dynamics, kinematics
 from amble.robot.base import SPATIAL
 from amble.types import Vector
 from tests import robots
+from tests.sliding import sliding
 
 ROUNDING = 1e-12
 """Of the expressions in floating point, relative to the largest force or length."""
@@ -36,8 +37,8 @@ def balls(robot: Robot, values: Vector) -> list[arb]:
 
 @pytest.mark.parametrize(
     "robot",
-    [robots.robot("astro"), robots.robot("planar_biped"), robots.hexapod(), driven()],
-    ids=["astro", "planar", "hexapod", "driven"],
+    [robots.robot("astro"), robots.robot("planar_biped"), robots.hexapod(), driven(), sliding(5)],
+    ids=["astro", "planar", "hexapod", "driven", "sliding"],
 )
 def test_motions_and_forces_are_those_of_the_expressions(robot: Robot) -> None:
     """At random states, accelerations and contact forces at a foot."""

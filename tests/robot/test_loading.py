@@ -159,9 +159,9 @@ BAD = {
     "zero axis": (HOPPER.replace('axis xyz="0 1 0"', 'axis xyz="0 0 0"'), "'hip' has an axis of length zero"),
     "crossed limits": (HOPPER.replace('lower="-1"', 'lower="2"'), "lower limit 2 above its upper limit 1"),
     "nan limit": (HOPPER.replace('effort="10"', 'effort="nan"'), "limit effort is 'nan'"),
-    "prismatic": (
-        HOPPER.replace('type="revolute"', 'type="prismatic"'),
-        "joint 'hip' is prismatic; known: revolute, continuous, fixed; hold it: locked = { hip = 0.0 }",
+    "planar": (
+        HOPPER.replace('type="revolute"', 'type="planar"'),
+        "joint 'hip' is planar; known: revolute, continuous, prismatic, fixed; hold it: locked = { hip = 0.0 }",
     ),
     "mimic": (
         HOPPER.replace(LIMIT, LIMIT + '<mimic joint="knee"/>'),

@@ -125,7 +125,7 @@ def compare_log(gait: Gait, log: Log) -> LogComparison:
     cycle, lasting = samples_of_gait(gait), float(log.times[-1] - log.times[0])
     if not lasting >= 0.5 * gait.period:
         raise InputError(f"the log lasts {lasting:.3g} s, less than half a cycle of the gait ({gait.period:.3g} s)")
-    joints = gait.robot.joint_names
+    joints, arms = gait.robot.joint_names, gait.robot.torque_arms
     shares, first = (cycle.times - cycle.times[0]) / gait.period, len(joints)
     angles = cycle.positions[:, -first:]
 
@@ -150,8 +150,8 @@ def compare_log(gait: Gait, log: Log) -> LogComparison:
         planned=gait.period,
         errors=dict(zip(joints, map(float, np.sqrt(np.mean(left**2, axis=0))), strict=True)),
         largest=dict(zip(joints, map(float, np.abs(left).max(axis=0)), strict=True)),
-        rms_torque=None if log.torques is None else float(np.sqrt(np.mean(log.torques**2))),
-        planned_torque=_rms(cycle.times, cycle.torques),
+        rms_torque=None if log.torques is None else float(np.sqrt(np.mean((arms * log.torques) ** 2))),
+        planned_torque=_rms(cycle.times, arms * cycle.torques),
     )
 
 

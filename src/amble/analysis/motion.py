@@ -16,6 +16,9 @@ from amble.types import IntegerVector, NodeValues, Vector
 class Motion:
     """Samples along one trajectory, with the torques of each law (docs/theory/allocation.md, eq. 3).
 
+    Forces of prismatic joints are torques at an arm of the leg length here, and their speeds turn it
+    (``Robot.torque_arms``): powers are the same, squares and peaks of both kinds of joints compare.
+
     The samples need not be evenly spaced. At an event there is one sample just before and one just after it, at the
     same time, with different segment numbers: torques jump there, and no integral runs across.
 

@@ -80,6 +80,6 @@ def _reallocation(contacts: Contacts, law: AllocationLaw) -> ca.Function:
         return ca.Function("reallocation", [q, v, u, forces], [u, forces])
     # to the minimum-norm member first, from which a law chooses
     N = given.torque_basis
-    least = given.moved(-SymmetricFactor.of(N.T @ N).solve(N.T @ u))
+    least = given.moved(-SymmetricFactor.of(N.T @ N).solve(N.T @ given.torques))
     chosen = least.moved(law.allocate(least))
-    return ca.Function("reallocation", [q, v, u, forces], [chosen.torques, chosen.forces])
+    return ca.Function("reallocation", [q, v, u, forces], [chosen.loads, chosen.forces])

@@ -115,15 +115,16 @@ class Samples:
         """Return the samples as metrics need them, with the torques each law applies on this trajectory.
 
         Args:
-            torques: law name -> joint torques, (n, n_joints), N m.
+            torques: law name -> joint torques, (n, n_joints), N m, or N of prismatic joints.
         """
+        arms = self.robot.torque_arms
         return Motion(
             label=self.label,
             joints=self.robot.joint_names,
             times=self.times,
             segments=self.segments,
-            speeds=self.velocities[:, self.robot.base.size :],
-            torques=dict(torques),
+            speeds=self.velocities[:, self.robot.base.size :] / arms,
+            torques={law: arms * values for law, values in torques.items()},
             distance=self.distance,
             mass=self.robot.mass,
             gravity=self.robot.gravity,

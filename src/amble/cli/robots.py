@@ -69,12 +69,16 @@ def robots(
 
 def _drives(robot: Robot) -> list[str]:
     """Say what stands between the torques and the motion, joint by joint."""
-    return [
-        f"{joint.name}: rotor {joint.rotor_inertia:.3g} kg m^2, damping {joint.damping:.3g} N m s/rad, dry friction "
-        f"{joint.dry_friction:.3g} N m over {joint.friction_width:.2g} rad/s"
-        for joint in robot.joints
-        if not joint.driven_freely
-    ]
+    turning, sliding = ("kg m^2", "N m s/rad", "N m", "rad/s"), ("kg", "N s/m", "N", "m/s")
+    found = []
+    for joint in robot.joints:
+        inertia, damping, load, rate = sliding if joint.prismatic else turning
+        if not joint.driven_freely:
+            found.append(
+                f"{joint.name}: rotor {joint.rotor_inertia:.3g} {inertia}, damping {joint.damping:.3g} {damping}, dry "
+                f"friction {joint.dry_friction:.3g} {load} over {joint.friction_width:.2g} {rate}"
+            )
+    return found
 
 
 def _looked_at(path: Path, feet: dict[str, str]) -> tuple[Robot, list[str]]:

@@ -101,8 +101,11 @@ def _compared(gait: Path, log: Path, out: Path) -> None:
     found = compare_log(walker, read_log(log, walker))
     lasting = f"{found.samples} samples over {found.seconds:.3g} s"
     show(f"{lasting}: period {found.period:.4g} s, planned {found.planned:.4g} s")
-    rows = [(joint, f"{found.errors[joint]:.4f}", f"{found.largest[joint]:.4f}") for joint in found.errors]
-    print_table(("joint", "RMS error (rad)", "largest (rad)"), rows, right=(1, 2))
+    units = {joint.name: joint.unit for joint in walker.robot.joints}
+    rows = [
+        (joint, f"{found.errors[joint]:.4f}", f"{found.largest[joint]:.4f}", units[joint]) for joint in found.errors
+    ]
+    print_table(("joint", "RMS error", "largest", "unit"), rows, right=(1, 2))
     if found.rms_torque is not None:
         show(f"RMS torque {found.rms_torque:.4g} N m, planned {found.planned_torque:.4g} N m")
     result(log=found.to_dict())

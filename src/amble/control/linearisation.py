@@ -140,7 +140,7 @@ def linearise(
     chosen = redundancy.moved(law.allocate(redundancy))
     return Linearised(
         acceleration=a,
-        torques=chosen.torques,
+        torques=chosen.loads,
         forces=chosen.forces,
         redundancy=redundancy,
         equations=equations,

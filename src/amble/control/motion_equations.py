@@ -15,6 +15,7 @@ from amble.errors import InputError
 from amble.hybrid import Contacts
 from amble.numerics.linear_algebra import OrthogonalFactor
 from amble.robot import dynamics
+from amble.robot.coordinate_units import as_torques
 
 SMALLEST_PIVOT = 1e-6
 """Pivots are sines of angles between equations, about 0.1 for ASTRo; below this six digits of the torques are gone."""
@@ -71,7 +72,7 @@ class MotionEquations:
         if outputs != allowed:
             raise InputError(f"a stance on {len(contacts.feet)} feet takes exactly {allowed} outputs, not {outputs}")
 
-        P = ca.diagcat(ca.SX.eye(base), N.T)
+        P = ca.diagcat(ca.SX.eye(base), as_torques(robot, as_torques(robot, N)).T)
         closure = OrthogonalFactor.of(_apart(J[:, p:], stride, p) @ null_space)
         directions = _open_directions(J, null_space, closure.kernel, p)
         balance = OrthogonalFactor.of(ca.horzcat(P @ D @ directions, -robot.mass * (P @ J.T)))

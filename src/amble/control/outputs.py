@@ -13,6 +13,7 @@ from amble.errors import InputError, UnknownNameError
 from amble.hybrid import Contacts, GaitPattern, Stance
 from amble.robot import Robot, kinematics
 from amble.robot.catalogue import Posture
+from amble.robot.coordinate_units import as_torques
 from amble.robot.proposal import LATERAL, nominal_posture
 from amble.types import Matrix, NodeValues, Vector
 
@@ -193,7 +194,9 @@ def left_out_along(
 def _along(contacts: Contacts, positions: NodeValues) -> NodeValues:
     """Orthonormal bases of the internal torques along a motion, (n, n_joints, k)."""
     q = ca.SX.sym("q", contacts.robot.size)
-    function = ca.Function("internal", [q], [ca.densify(contacts.torque_null_space(q)[0])]).map(len(positions))
+    function = ca.Function(
+        "internal", [q], [ca.densify(as_torques(contacts.robot, contacts.torque_null_space(q)[0]))]
+    ).map(len(positions))
     found = np.asarray(function(np.asarray(positions).T))
     return np.linalg.qr(np.stack(np.split(found, len(positions), axis=1)))[0]
 
@@ -211,7 +214,7 @@ def rear_hip_pitch(pattern: GaitPattern, stance: Stance) -> str | None:
     poses = {foot: [_at_zero(robot, joint) for joint in robot.legs[foot]] for foot in stance.feet}
     rear = min(stance.feet, key=lambda foot: poses[foot][0][1][0])
     for joint, (axis, _) in zip(robot.legs[rear], poses[rear], strict=True):
-        if abs(axis[1]) > LATERAL:
+        if abs(axis[1]) > LATERAL and not robot.joint(joint).prismatic:
             return joint
     return None
 
@@ -219,7 +222,7 @@ def rear_hip_pitch(pattern: GaitPattern, stance: Stance) -> str | None:
 def _internal_torques(contacts: Contacts, posture: Posture) -> Matrix:
     """Orthonormal basis of the torques that cause no acceleration at a posture, (n_joints, k)."""
     found, _ = contacts.torque_null_space(ca.SX(posture.coordinates(contacts.robot)))
-    return np.linalg.qr(np.asarray(ca.DM(ca.densify(found)).full()))[0]
+    return np.linalg.qr(np.asarray(ca.DM(ca.densify(as_torques(contacts.robot, found))).full()))[0]
 
 
 def _pivoted(torques: Matrix) -> list[int] | None:

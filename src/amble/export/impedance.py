@@ -40,11 +40,11 @@ class DomainTable:
         duration: planned, s; between landings that of the next domain.
         end: of the pieces, s.
         hold: when the references stand still, s.
-        stiffness: P, (n_joints,), N m/rad.
-        damping: D, (n_joints,), N m s/rad.
+        stiffness: P, (n_joints,), N m/rad, or N/m of prismatic joints.
+        damping: D, (n_joints,), N m s/rad, or N s/m.
         places: starts and half lengths of the pieces, (2, n), s.
-        angles: coefficients, (n n_joints (ORDER + 1),), rad.
-        torques: the same of the feed-forward, N m.
+        angles: coefficients, (n n_joints (ORDER + 1),), rad or m.
+        torques: the same of the feed-forward, N m or N.
         packed: all of it.
     """
 
@@ -59,15 +59,15 @@ class DomainTable:
     packed: Vector
 
     @classmethod
-    def of(cls, packed: Vector, joints: int, duration: float) -> DomainTable:
-        """Take packed parameters apart."""
-        ends, P, D, places, (angles, torques) = unpacked(packed, joints)
+    def of(cls, packed: Vector, arms: Vector, duration: float) -> DomainTable:
+        """Take packed parameters apart; arms are those of the robot's joints (``Robot.torque_arms``)."""
+        ends, P, D, places, (angles, torques) = unpacked(packed, arms.size)
         return cls(
             duration=duration,
             end=float(ends[0]),
             hold=float(ends[1]),
-            stiffness=P,
-            damping=D,
+            stiffness=P / arms**2,
+            damping=D / arms**2,
             places=places,
             angles=angles.ravel(),
             torques=torques.ravel(),
@@ -80,15 +80,15 @@ def impedance_texts(gait: Gait, control: Impedance, law: AllocationLaw | None) -
 
     Errors as in ``Impedance.numbers``.
     """
-    joints = len(gait.robot.joints)
+    arms = gait.robot.torque_arms
     domains = [
-        DomainTable.of(entry.parameters, joints, float(entry.parameters[1]) / HOLD)
+        DomainTable.of(entry.parameters, arms, float(entry.parameters[1]) / HOLD)
         for entry in control.numbers(gait, law)
     ]
     between = control.landing_numbers(gait, law)
     for stance, following in landings(gait):
         planned = domains[gait.pattern.solved.index(following)].duration
-        domains.append(DomainTable.of(between[stance.name].parameters, joints, planned))
+        domains.append(DomainTable.of(between[stance.name].parameters, arms, planned))
     peak, lines = vectors(gait, lambda law, _: domains[law], np.random.default_rng(SEED))
     return {**impedance_code(gait, [domains]), "AXES": "0"}, {"test_vectors.txt": "\n".join([repr(peak), *lines, ""])}
 

@@ -78,8 +78,8 @@ def _vectors(schedule: Schedule, lowest: Sequence[float], highest: Sequence[floa
 
 def _domains(schedule: Schedule, packed: NodeValues) -> list[DomainTable]:
     """Tables of the solved stances, then of those between landings, whose planned duration is the next stance's."""
-    gait, joints = schedule.gait, len(schedule.gait.robot.joints)
+    gait, arms = schedule.gait, schedule.gait.robot.torque_arms
     solved = gait.pattern.solved
     following = [*range(len(solved)), *(solved.index(stance) for _, stance in landings(gait))]
     durations = [float(packed[place][1]) / HOLD for place in following]
-    return [DomainTable.of(row, joints, duration) for row, duration in zip(packed, durations, strict=True)]
+    return [DomainTable.of(row, arms, duration) for row, duration in zip(packed, durations, strict=True)]

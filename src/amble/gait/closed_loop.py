@@ -17,8 +17,8 @@ from amble.gait.linearising_law import control_of
 from amble.gait.mirrored_loop import mirrored_domain, mirrored_transition
 from amble.gait.record import Gait
 from amble.hybrid import Domain, HybridSystem, Stance, Switch, Symmetry, Transition
-from amble.io.quantities import units
 from amble.robot import Robot, kinematics
+from amble.robot.coordinate_units import units
 from amble.robot.parts import RATE
 from amble.types import Vector, frozen
 
@@ -217,7 +217,7 @@ def trace_units(gait: Gait) -> dict[str, str]:
     names = gait.robot.coordinate_names
     rates = [f"{RATE}{name}" for name in names]
     return {
-        **dict(zip(names, units(names), strict=True)),
-        **dict(zip(rates, units(names, "/s"), strict=True)),
+        **dict(zip(names, units(gait.robot, names), strict=True)),
+        **dict(zip(rates, units(gait.robot, names, "/s"), strict=True)),
         **SIGNALS,
     }

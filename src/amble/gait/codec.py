@@ -5,7 +5,7 @@ Grounds, contacts, phases, allocation laws and costs are written and read by the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,16 +13,14 @@ from amble.control import PHASES, DomainOutputs, Outputs, Phase
 from amble.control.allocation.registry import LAWS
 from amble.control.outputs import controllable
 from amble.errors import InputError
-from amble.gait.clearances import Clearances, Motor
 from amble.gait.control_law import CONTROL_LAWS
 from amble.gait.cost import COSTS, TORQUE_SQUARED, Cost
 from amble.gait.impedance import Impedance  # noqa: F401  (registers it)
-from amble.gait.limits import Limits
+from amble.gait.limits_codec import limits_codec
 from amble.gait.linearising_law import LINEARISATION, InputOutputLinearisation
 from amble.gait.record import DomainTrajectory, Feedback, Gait, LagrangeMultipliers, SolverReport
 from amble.gait.style import Style  # noqa: F401  (registers it)
 from amble.hybrid import CONTACTS, GROUNDS, Contact, GaitPattern, Ground, gait_pattern
-from amble.hybrid.contact import AXES
 from amble.hybrid.landing import LANDING_RULES, SIMULTANEOUS
 from amble.io.codec import (
     FLAG,
@@ -37,9 +35,10 @@ from amble.io.codec import (
     Optional,
     Record,
 )
-from amble.io.quantities import Array, Columns, Interval, Number, unit_of, units
+from amble.io.quantities import Array, Columns, Number
 from amble.numerics.collocation import STAGES
 from amble.robot import Robot
+from amble.robot.coordinate_units import load_units, units
 from amble.robot.files import ROBOT
 from amble.types import Json
 
@@ -74,44 +73,6 @@ def outputs_codec(pattern: GaitPattern, phase: Phase) -> Record:
             "domains": {entry.domain: entry.coordinates for entry in outputs.domains},
         },
     )
-
-
-CLEARANCES = Record(
-    lambda box, **lengths: Clearances(box=None if box is None else (box[0], box[1], box[2]), **lengths),
-    {"knees": Optional(Number("m")), "corners": Optional(Number("m")), "box": Optional(Array("m", 3)),
-     "legs": Optional(Number("m"))},
-)  # fmt: skip
-MOTOR = Record(Motor, {"stall_torque": Number("N m"), "no_load_speed": Number("rad/s")})
-
-
-def limits_codec(pattern: GaitPattern) -> Record:
-    """Describe the bounds, without those of the ground."""
-    robot = pattern.robot
-    joint_speeds = dict.fromkeys(robot.joint_names, Number("rad/s", infinite=True))
-    torques = dict.fromkeys(robot.joint_names, Number("N m", infinite=True))
-    positions = {name: Interval(unit_of(name), infinite=True) for name in robot.coordinate_names}
-    landing = dict.fromkeys(AXES, Interval("m/s", infinite=True))
-    return Record(
-        lambda motors, **bounds: Limits(motors=motors or {}, **bounds),
-        {
-            "durations": ByName("domain", dict.fromkeys(solved(pattern), Interval("s", infinite=True))),
-            "positions": ByName("coordinate", positions),
-            "speeds": ByName("joint", joint_speeds),
-            "torques": ByName("joint", torques),
-            "acceleration": Number("m/s^2, rad/s^2", infinite=True),
-            "touchdown_velocity": Record(lambda **along: tuple(along[axis] for axis in AXES), landing, _along_axes),
-            "normal_force": Number("N", infinite=True),
-            "clearance": Number("m", infinite=True),
-            "standing_force": Optional(Number("N", infinite=True)),
-            "clearances": Optional(CLEARANCES),
-            "motors": Optional(ByName("joint", dict.fromkeys(robot.joint_names, MOTOR))),
-        },
-        take=lambda limits: {**vars(limits), "motors": limits.motors or None},
-    )
-
-
-def _along_axes(intervals: tuple[tuple[float, float], ...]) -> Json:
-    return dict(zip(AXES, intervals, strict=True))
 
 
 class ControlLawCodec(Codec):
@@ -150,22 +111,27 @@ def mesh_codec(pattern: GaitPattern) -> Named:
 def domains_codec(pattern: GaitPattern, outputs: Outputs, mesh: Json) -> ByName:
     """Describe the motion in the solved domains; columns of the motion are the coordinates in the robot's order."""
     robot = pattern.robot
-    names, joints = robot.coordinate_names, len(robot.joints)
+    names, loads = robot.coordinate_names, load_units(robot, robot.joint_names)
+
+    def torques(nodes: int) -> Array:
+        return Array("N m", nodes, len(loads)) if set(loads) <= {"N m"} else Columns(loads, nodes)
+
     numbers = dict.fromkeys(_phase_keys(outputs.phase), _phase_numbers(outputs.phase))
     codecs: dict[str, Codec] = {}
     for switch in pattern.switches:
         name = switch.source.name
+        controlled = outputs.of(name).coordinates
         nodes = (STAGES[mesh["name"]] - 1) * int(mesh["intervals"][name]) + 1
         codecs[name] = Record(
             dict,
             {
                 "duration": Number("s", positive=True),
-                "coefficients": Array("rad", len(outputs.of(name).coordinates), outputs.order + 1),
+                "coefficients": Array(_unit(robot, controlled), len(controlled), outputs.order + 1),
                 "times": Array("s", nodes),
-                "positions": Columns(units(names), nodes),
-                "velocities": Columns(units(names, "/s"), nodes),
-                "accelerations": Columns(units(names, "/s^2"), nodes),
-                "torques": Array("N m", nodes, joints),
+                "positions": Columns(units(robot, names), nodes),
+                "velocities": Columns(units(robot, names, "/s"), nodes),
+                "accelerations": Columns(units(robot, names, "/s^2"), nodes),
+                "torques": torques(nodes),
                 "forces": Array("N", nodes, pattern.contacts(switch.source).size),
                 "impulse": Array("N s", pattern.contacts(switch.target).size if switch.landing else 0),
                 **numbers,
@@ -177,10 +143,11 @@ def domains_codec(pattern: GaitPattern, outputs: Outputs, mesh: Json) -> ByName:
 
 def feedback_codec(pattern: GaitPattern, outputs: Outputs) -> Record:
     """Describe the stabilised outputs."""
-    names = pattern.robot.coordinate_names
-    observed = len(controllable(pattern.robot))
-    weights = {name: Array("1", len(outputs.of(name).coordinates), observed) for name in solved(pattern)}
-    references = dict.fromkeys(solved(pattern), Array("rad", observed, None))
+    robot, names = pattern.robot, pattern.robot.coordinate_names
+    observed = len(controllable(robot))
+    weight = "1" if "m" not in (unit := _unit(robot, controllable(robot))) else f"{unit} by {unit}"
+    weights = {name: Array(weight, len(outputs.of(name).coordinates), observed) for name in solved(pattern)}
+    references = dict.fromkeys(solved(pattern), Array(unit, observed, None))
     durations = dict.fromkeys(solved(pattern), Number("s", positive=True))
     numbers = ByName("domain", dict.fromkeys(solved(pattern), _phase_numbers(outputs.phase)), complete=True)
     return Record(
@@ -189,10 +156,15 @@ def feedback_codec(pattern: GaitPattern, outputs: Outputs) -> Record:
             "references": ByName("domain", references, complete=True),
             "weights": ByName("domain", weights, complete=True),
             "durations": ByName("domain", durations, complete=True),
-            "start": Columns([*units(names), *units(names, "/s")]),
+            "start": Columns([*units(robot, names), *units(robot, names, "/s")]),
             **dict.fromkeys(_phase_keys(outputs.phase), numbers),
         },
     )
+
+
+def _unit(robot: Robot, names: Sequence[str]) -> str:
+    """Unit of numbers of several coordinates in one array: ``rad``, or ``rad, m`` where some slide."""
+    return ", ".join(dict.fromkeys(units(robot, names)))
 
 
 def _phase_keys(phase: Phase) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ import casadi as ca
 from amble.hybrid import Contacts
 from amble.io.registry import Registry
 from amble.robot import Robot
+from amble.robot.coordinate_units import as_torques
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +24,7 @@ class Instant:
         positions: q, (n_q,), m and rad.
         velocities: v, (n_q,).
         accelerations: a, (n_q,).
-        torques: u, (n_joints,), N m.
+        torques: u, (n_joints,), N m, or N of prismatic joints.
         forces: contact forces of the stance feet, world frame, (n_f,), N.
         duration: T of the domain, s.
     """
@@ -38,7 +39,7 @@ class Instant:
 
     @property
     def joint_speeds(self) -> ca.SX:
-        """Rates of the joints, (n_joints,), rad/s."""
+        """Rates of the joints, (n_joints,), rad/s or m/s."""
         return self.velocities[self.velocities.shape[0] - self.torques.shape[0] :]
 
 
@@ -88,14 +89,14 @@ class Cost(ABC):
         return ca.SX(1, 1)
 
     def torque_rate(self, robot: Robot) -> float:
-        """Return the weight of |du/dt|^2 in L, 1 / (N m)^2 s^2 times its unit; zero by default."""
+        """Return the weight of |du/dt|^2 in L, 1 / (N m)^2 s^2 times its unit, forces as torques; zero by default."""
         del robot
         return 0.0
 
 
 @dataclass(frozen=True)
 class TorqueSquared(Cost):
-    """L = u^T u, whose mean is the objective (paper, eq. 6)."""
+    """L = u^T u, whose mean is the objective (paper, eq. 6); forces of prismatic joints times the leg length."""
 
     @property
     def name(self) -> str:
@@ -109,7 +110,7 @@ class TorqueSquared(Cost):
 
     def running(self, instant: Instant) -> ca.SX:
         """Sum the squares."""
-        return ca.sumsqr(instant.torques)
+        return ca.sumsqr(as_torques(instant.contacts.robot, instant.torques))
 
 
 TORQUE_SQUARED = TorqueSquared()

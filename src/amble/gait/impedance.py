@@ -1,7 +1,8 @@
 """Joint impedance about a gait's own orbit (docs/theory/impedance.md).
 
 u = u_d(t) - P (q_j - q_d(t)) - D (q_j' - q_d'(t)): the torques that an allocation law applies on the orbit, and joint
-springs and dampers of constant gains about the orbit's joint angles. It reads joints and contacts only.
+springs and dampers of constant gains about the orbit's joint angles. It reads joints and contacts only. Gains of
+prismatic joints are those of a joint that moves them by an arm of the leg length l: P / l^2 in N/m, D / l^2 in N s/m.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from amble.hybrid import Contacts, Stance, Symmetry
 from amble.hybrid.system import numeric
 from amble.numerics.pieces import FAR, ORDER, Pieces, evaluated, padded
 from amble.robot import Robot
+from amble.robot.coordinate_units import from_torques
 from amble.types import Matrix, NodeValues, Vector, frozen
 
 STANCE = 0.812, 0.1267
@@ -65,7 +67,7 @@ class PackedImpedance(TorqueLaw):
     def torques(contacts: Contacts, t: ca.SX, q: ca.SX, v: ca.SX, p: ca.SX) -> ca.SX:
         """Write equations (1) and (2); the gains are among the parameters, so that all share one expression."""
         joints = len(contacts.robot.joints)
-        return _about(references(p, joints, t), p[2 : 2 + 2 * joints], q, v)
+        return _about(contacts.robot, references(p, joints, t), p[2 : 2 + 2 * joints], q, v)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,7 +263,7 @@ class Impedance(PackedImpedance):
             p, [0, 2 * joints, 2 * joints + 2, 2 * joints + 2 + joints * (ORDER + 1), p.shape[0]]
         )
         angle, rate = evaluated(place, angles, joints, t)
-        return _about((angle, rate, evaluated(place, torques, joints, t)[0]), gains, q, v)
+        return _about(contacts.robot, (angle, rate, evaluated(place, torques, joints, t)[0]), gains, q, v)
 
 
 def unpacked(packed: Vector, joints: int) -> tuple[Vector, Vector, Vector, Matrix, NodeValues]:
@@ -275,11 +277,12 @@ def unpacked(packed: Vector, joints: int) -> tuple[Vector, Vector, Vector, Matri
     return ends, P, D, rest[: 2 * count].reshape(2, count), rest[2 * count :].reshape(2, count, joints, ORDER + 1)
 
 
-def _about(reference: tuple[ca.SX, ca.SX, ca.SX], gains: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
+def _about(robot: Robot, reference: tuple[ca.SX, ca.SX, ca.SX], gains: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
     """Write equation (1): springs and dampers about angles and rates, and the torques there."""
     angle, rate, torque = reference
     joints = angle.shape[0]
-    return torque - gains[:joints] * (q[-joints:] - angle) - gains[joints:] * (v[-joints:] - rate)
+    away, apart = (from_torques(robot, part) for part in (q[-joints:] - angle, v[-joints:] - rate))
+    return torque - from_torques(robot, gains[:joints] * away) - from_torques(robot, gains[joints:] * apart)
 
 
 def references(p: ca.SX, joints: int, t: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:

@@ -8,9 +8,9 @@ from math import inf
 
 from amble.errors import InputError
 from amble.gait.clearances import Clearances, Motor
-from amble.io.quantities import unit_of
 from amble.residual import Residual
 from amble.robot import Robot
+from amble.robot.coordinate_units import unit_of
 from amble.robot.natural_units import velocity_unit
 from amble.types import Vector
 
@@ -104,7 +104,7 @@ class Limits:
     def accelerations(self, robot: Robot) -> dict[str, float]:
         """Return coordinate -> largest |second derivative|, m/s^2 or rad/s^2, as a point a leg away would have it."""
         by_unit = {"m": self.acceleration * robot.leg_length, "rad": self.acceleration}
-        return {name: by_unit[unit_of(name)] for name in robot.coordinate_names}
+        return {name: by_unit[unit_of(robot, name)] for name in robot.coordinate_names}
 
 
 def highest_landing(robot: Robot) -> float:
@@ -126,7 +126,12 @@ def sensible_rows(limits: Limits, friction: float, robot: Robot) -> tuple[Residu
         Residual("sensible gravity", GRAVITY[0], gravity, GRAVITY[1]),
         Residual("sensible friction coefficient", 0.0, friction, LARGEST_FRICTION),
         *(
-            Residual(f"sensible torque limit of '{joint}'", least, torque, inf)
+            Residual(
+                f"sensible torque limit of '{joint}'",
+                least / float(robot.torque_arms[robot.joint_index(joint)]),
+                torque,
+                inf,
+            )
             for joint, torque in limits.torques.items()
         ),
     )

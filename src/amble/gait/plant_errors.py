@@ -16,8 +16,8 @@ class PlantErrors:
 
     Attributes:
         friction: coefficient of the ground; the gait's own where none is given.
-        damping: of all joints, beside that of the record, N m s/rad.
-        dry_friction: of all joints, N m.
+        damping: of all joints, beside that of the record, N m s/rad; of prismatic joints at an arm of the leg length.
+        dry_friction: of all joints, N m, likewise.
         trunk: factor of the base link's mass and inertia.
         delay: time until a torque command arrives, s; to first order (``unilateral_loop``).
         lateness: time by which the controller sees a touchdown late, s; to first order.

@@ -34,7 +34,7 @@ class DomainTrajectory:
         positions: q, (n, n_q), m and rad.
         velocities: (n, n_q).
         accelerations: (n, n_q).
-        torques: u, (n, n_joints), N m.
+        torques: u, (n, n_joints), N m, or N of prismatic joints.
         forces: contact forces of the stance feet in the robot's foot order, world frame, (n, n_f), N.
         impulse: contact impulse of the feet of the next stance at the end of this domain, world frame, N s; empty
             where no foot lands.
@@ -205,7 +205,11 @@ class Gait:
     def _repr_html_(self) -> str:
         """Show the gait in a notebook; ``amble.replay`` shows its motion."""
         report = self.solver
-        peak = max(float(abs(domain.torques).max()) for domain in self.domains)
+        peaks = [max(abs(domain.torques[:, j]).max() for domain in self.domains) for j in range(len(self.robot.joints))]
+        largest: dict[str, str] = {}
+        for what, unit, slides in (("torque", "N m", False), ("force of a joint", "N", True)):
+            own = [peak for peak, joint in zip(peaks, self.robot.joints, strict=True) if joint.prismatic == slides]
+            largest |= {f"largest {what}": f"{max(own):.4g} {unit}"} if own else {}
         return facts_html(
             f"{self.pattern.name} of {self.robot.name}",
             {
@@ -213,7 +217,7 @@ class Gait:
                 "period": f"{self.period:.4f} s",
                 "stances": ", ".join(stance.name for stance in self.pattern.stances),
                 "allocation law": self.law.name,
-                "largest torque": f"{peak:.4g} N m",
+                **largest,
                 "cost": f"{report.objective:.6g} {self.cost.unit}",
                 "solver": f"{report.solver}: {report.status}, {report.iterations} iterations, {report.seconds:.2f} s",
                 "virtual constraints": "as optimised" if self.feedback is None else "re-weighted for stability",

@@ -1,7 +1,8 @@
 """The style of a motion as a cost: torques, power, touchdown, base, posture, swing and effort rate, each with a weight.
 
 Every term is a square, zero at best, measured by the robot: torques by m g l, times by sqrt(l / g), lengths by the leg
-length l. So a weight means the same for every robot, and a larger one makes its own term smaller.
+length l. Of prismatic joints forces count times l and displacements over l. So a weight means the same for
+every robot, and a larger one makes its own term smaller.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from amble.errors import InputError, UnknownNameError
 from amble.gait.cost import COSTS, Cost, Instant
 from amble.hybrid import Contacts
 from amble.robot import Robot, kinematics
+from amble.robot.coordinate_units import as_torques, from_torques
 from amble.robot.proposal import nominal_posture
 
 ANGLES = ("roll", "pitch")
@@ -37,7 +39,7 @@ class Style(Cost):
         posture: on tau^2 |q - q*|^2 of the joints.
         swing_height: on tau^2 sum (height / l)^2 of the feet in the air, above the ground.
         effort_rate: on |du/dt|^2 l / g, where u goes through an interval's three nodes as a parabola.
-        angles: q*, joint -> rad; those of the robot's nominal posture where a joint is not named.
+        angles: q*, joint -> rad, or m; those of the robot's nominal posture where a joint is not named.
 
     Raises:
         InputError: a weight is not finite and not negative, or all are zero.
@@ -89,13 +91,14 @@ class Style(Cost):
         q, u, w = instant.positions, instant.torques, instant.joint_speeds
         g, l = robot.gravity, robot.leg_length  # noqa: E741
 
-        found = self.torques * ca.sumsqr(u)
+        found = self.torques * ca.sumsqr(as_torques(robot, u))
         if self.power:
             found += self.power * ca.sumsqr(u * w) * l / g
         places = [robot.coordinate_index(name) for name in ANGLES if name in robot.base.coordinates]
         moved = self.attitude * ca.sumsqr(q[places])
         if self.posture:
-            moved += self.posture * ca.sumsqr(q[q.shape[0] - u.shape[0] :] - ca.DM(self._reference(robot)))
+            away = q[q.shape[0] - u.shape[0] :] - ca.DM(self._reference(robot))
+            moved += self.posture * ca.sumsqr(from_torques(robot, away))
         if self.swing_height:
             moved += self.swing_height * sum((_gap(contacts, foot, q) / l) ** 2 for foot in _in_the_air(contacts))
         return found + _torque(robot) ** 2 * moved

@@ -26,6 +26,7 @@ from amble.gait.record import Gait
 from amble.gait.unilateral_state import UnilateralState, state_names, within_window
 from amble.hybrid import Contacts, Domain, HybridSystem, Switch, Transition
 from amble.hybrid.unilateral import normal_forces, tangential_loads, unilateral_impact, unilateral_motion
+from amble.robot.coordinate_units import from_torques
 
 SINKS = 1e-4
 """How far below the ground a foot out of its turn counts as touching, in leg lengths: one that has just lifted or was
@@ -246,7 +247,9 @@ class _StanceLoop:
         speed, torque = now.x[-len(robot.joints) :], self._torque(now, p)
         if errors.damping or errors.dry_friction:
             turning = STILL * (robot.gravity / robot.leg_length) ** 0.5
-            torque = torque - errors.damping * speed - errors.dry_friction * ca.tanh(speed / turning)
+            speed = from_torques(robot, speed)  # both act at an arm of the leg length on prismatic joints
+            taken = errors.damping * speed, errors.dry_friction * ca.tanh(speed / turning)
+            torque = torque - from_torques(robot, taken[0]) - from_torques(robot, taken[1])
         rate, normal, load, force = self.parts["motion"](now.x, torque, now.active, now.push, self.extra)
         return rate, normal, load, force
 

@@ -33,7 +33,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "mass": {"kg": 1.0, "g": 1e-3},
     "inertia": {"kg m^2": 1.0, "g cm^2": 1e-7},
     "damping": {"N m s/rad": 1.0},
-    "angle or length": {"rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "linear damping": {"N s/m": 1.0},
     "position gain": {"1/s^2": 1.0},
     "velocity gain": {"1/s": 1.0},
     "ratio": {"1": 1.0, "%": 1e-2},
@@ -187,8 +187,46 @@ def parse_quantity(value: Any, dimension: str) -> float:
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"{reprlib.repr(value)} is not a number or text such as '1 {next(iter(UNITS[dimension]))}'")
+    return _finite(value, UNITS[dimension], dimension)
+
+
+class Measured(float):
+    """An SI number that knows the dimension of the unit it was written with; empty where it had none."""
+
+    dimension: str = ""
+
+
+def parse_measured(value: Any, dimensions: Sequence[str]) -> Measured:
+    """Return what ``parse_quantity`` does for a quantity that has one of several dimensions; errors as there."""
+    if isinstance(value, Measured):
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(
+            f"{reprlib.repr(value)} is not a number or text such as '1 {next(iter(UNITS[dimensions[0]]))}'"
+        )
+    known = {unit: size for dimension in dimensions for unit, size in UNITS[dimension].items()}
+    found = Measured(_finite(value, known, " or ".join(dimensions)))
+    if isinstance(value, str):
+        _, unit = _apart(value)
+        found.dimension = next(dimension for dimension in dimensions if unit in UNITS[dimension])
+    return found
+
+
+def require_dimension(value: float, wanted: str, what: str) -> None:
+    """Refuse a number that was written with a unit of another dimension.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    given = getattr(value, "dimension", "")
+    if given and given != wanted:
+        units = ", ".join(UNITS[wanted])
+        raise InputError(f"the {what} has a unit for a quantity of {given}; it is one of {wanted} ({units})")
+
+
+def _finite(value: float | str, units: Mapping[str, float], dimension: str) -> float:
     try:
-        number = _with_unit(value, UNITS[dimension], dimension) if isinstance(value, str) else float(value)
+        number = _with_unit(value, units, dimension) if isinstance(value, str) else float(value)
     except OverflowError:  # a whole number of hundreds of digits
         number = math.inf
     if not math.isfinite(number):
@@ -196,9 +234,14 @@ def parse_quantity(value: Any, dimension: str) -> float:
     return number
 
 
-def _with_unit(text: str, units: Mapping[str, float], dimension: str) -> float:
+def _apart(text: str) -> tuple[str, str]:
+    """Return number and unit of a text."""
     digits, *words = JOINED.sub(r"\1 \2", text).split() or [""]
-    unit = " ".join(words)
+    return digits, " ".join(words)
+
+
+def _with_unit(text: str, units: Mapping[str, float], dimension: str) -> float:
+    digits, unit = _apart(text)
     if unit not in units:
         said = f"unknown unit '{unit}'" if unit else "no unit"
         raise ValueError(f"'{text}' has {said} for a quantity of {dimension}; known: {', '.join(units)}")
@@ -206,22 +249,3 @@ def _with_unit(text: str, units: Mapping[str, float], dimension: str) -> float:
         return parse_number(digits) * units[unit]
     except ValueError:
         raise ValueError(f"'{text}' does not begin with a number") from None
-
-
-LENGTHS = ("x", "y", "z")
-"""Coordinates in m; all others are in rad."""
-
-
-def unit_of(coordinate: str, per_second: str = "") -> str:
-    """Return the unit of a coordinate, or of its derivative."""
-    return ("m" if coordinate in LENGTHS else "rad") + per_second
-
-
-def units(coordinates: Sequence[str], per_second: str = "") -> list[str]:
-    """Return the unit of every coordinate, or of its derivative."""
-    return [unit_of(name, per_second) for name in coordinates]
-
-
-def load_units(coordinates: Sequence[str], times: str = "") -> list[str]:
-    """Return the unit of what acts along every coordinate: N or N m, or times something, such as a second."""
-    return [("N" if name in LENGTHS else "N m") + times for name in coordinates]

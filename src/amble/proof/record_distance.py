@@ -164,9 +164,10 @@ def _foot(robot: Robot, moving: Motion, name: str) -> tuple[Column, Column, Colu
 
 
 def _by_kind(robot: Robot, needed: Sequence[arb], kinds: tuple[str, str]) -> Iterator[Missed]:
-    """Of the robot's own coordinates: along the axes of the base, and about axes."""
+    """Of the robot's own coordinates: along axes, and about axes."""
     along, about = kinds
-    return ((along if place < 3 else about, needed[place]) for place in robot.base.columns(len(robot.joints)))
+    slides = [True] * 3 + [False] * 3 + [joint.prismatic for joint in robot.joints]
+    return ((along if slides[place] else about, needed[place]) for place in robot.base.columns(len(robot.joints)))
 
 
 def _spatial(robot: Robot, values: Sequence[arb]) -> list[arb]:

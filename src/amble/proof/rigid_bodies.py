@@ -68,10 +68,24 @@ class Moving:
             acceleration=self.acceleration,
         )
 
+    def slid(self, axis: Column, place: arb, rate: arb, change: arb) -> Moving:
+        """Return what a prismatic joint at the origin moves, its axis given in this frame: it turns as this does."""
+        along = self.rotation * axis
+        crossing = cross(self.spin, along)
+        _, velocity, acceleration = self.point(axis * place)
+        return Moving(
+            rotation=self.rotation,
+            origin=self.origin + along * place,
+            spin=self.spin,
+            turning=self.turning,
+            velocity=velocity + along * rate,
+            acceleration=acceleration + along * change + crossing * (2 * rate),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """All links, and the revolute axes about which coordinates turn them.
+    """All links, and the axes about or along which coordinates move them.
 
     Attributes:
         links: of the robot, in order.
@@ -101,12 +115,13 @@ def motion(robot: Robot, q: Sequence[arb], v: Sequence[arb], a: Sequence[arb]) -
         joint, place = robot.joints[number], SPATIAL + number
         there, axis = _hinge(links[joint.parent], joint), vector(joint.axis)
         turned[number] = there.rotation * axis
-        links[joint.child] = there.turned(axis, q[place], v[place], a[place])
+        moved = there.slid if joint.prismatic else there.turned
+        links[joint.child] = moved(axis, q[place], v[place], a[place])
     return Motion(links=links, axes=[*axes, *(turned[number] for number in range(len(robot.joints)))])
 
 
 def _hinge(parent: Moving, joint: Joint) -> Moving:
-    """Return the frame of a joint at angle zero, as the parent link moves it."""
+    """Return the frame of a joint at zero, as the parent link moves it."""
     place, velocity, acceleration = parent.point(vector(joint.translation))
     return Moving(
         rotation=parent.rotation * matrix(joint.rotation),
@@ -146,16 +161,16 @@ def needed_forces(
         joint = robot.joints[number]
         forces[joint.parent] = forces[joint.parent] + forces[joint.child]
         moments[joint.parent] = moments[joint.parent] + moments[joint.child]
-    moved = [0, 0, 0, *(joint.child for joint in robot.joints)]
-    about = [
-        dot(axis, moments[link] - cross(moving.links[link].origin, forces[link]))
-        for axis, link in zip(moving.axes, moved, strict=True)
+    moved = [(0, False)] * 3 + [(joint.child, joint.prismatic) for joint in robot.joints]
+    along = [
+        dot(axis, forces[link] if slides else moments[link] - cross(moving.links[link].origin, forces[link]))
+        for axis, (link, slides) in zip(moving.axes, moved, strict=True)
     ]
-    return [*forces[0].entries(), *about]
+    return [*forces[0].entries(), *along]
 
 
 def drive(joint: Joint, rate: arb, change: arb) -> arb:
-    """Return the torque that rotor, damping and dry friction of a joint take, N m."""
+    """Return the torque that rotor, damping and dry friction of a joint take, N m, or the force, N."""
     taken = decimal(joint.rotor_inertia) * change + decimal(joint.damping) * rate
     if joint.dry_friction:
         taken += decimal(joint.dry_friction) * (rate / decimal(joint.friction_width)).tanh()

@@ -213,6 +213,7 @@ def _torque_figures(run: RunReport) -> dict[str, tuple[Figure, str]]:
     mirrored = run.gait.pattern.mirrored and bool(left_joints(run.gait.robot))
     joints = left_joints(run.gait.robot) if mirrored else run.gait.robot.joint_names
     legs = "the left legs" if mirrored else "all legs"
+    legs += ", forces at an arm of the leg length," * any(joint.prismatic for joint in run.gait.robot.joints)
     last = list(run.two_cycles.torques)[-1]
     motor = actuators_for(run.gait)[0]
     return {

@@ -13,13 +13,19 @@ from pathlib import Path
 import numpy as np
 
 from amble.errors import InputError, UnknownNameError, listed, shown
+from amble.io.quantities import require_dimension
 from amble.robot.parts import Payload, check_bounded
 from amble.robot.readers import FileJoint, FileLink, FileRobot
 from amble.robot.rotation import rotation_about, rotation_of_rpy, snap
 from amble.types import Vector, frozen
 
 TURNING = ("revolute", "continuous")
-DRIVES = ("rotor_inertia", "damping", "dry_friction")
+DRIVES = {
+    "rotor_inertia": ("inertia", "mass"),
+    "damping": ("damping", "linear damping"),
+    "dry_friction": ("torque", "force"),
+}
+"""What drives a joint -> its dimension where the joint turns, and where it slides."""
 
 VIRTUAL = {6: ["prismatic"] * 3 + ["revolute"] * 3, 3: ["prismatic"] * 2 + ["revolute"]}
 """Kinds of the massless joints that some files have in place of a free base, in space and in a plane."""
@@ -41,11 +47,12 @@ class Adaptation:
         foot_offsets: foot -> its point in the frame that it names, (3,), m.
         payload: a point mass that a link carries; ``base`` is the robot's base where no link has that name.
         rotor_inertia: joint -> inertia of its rotor as the joint feels it, kg m^2; this and the next two take the place
-            of what the file says, and the name ``*`` stands for all joints that are not named.
-        damping: joint -> N m s/rad.
-        dry_friction: joint -> N m.
-        friction_width: rate over which dry friction changes its sign, rad/s; by default 0.05 sqrt(g / l), l the leg
-            length.
+            of what the file says, and the name ``*`` stands for all joints that turn and are not named. Of a prismatic
+            joint it is a mass, kg.
+        damping: joint -> N m s/rad, or N s/m.
+        dry_friction: joint -> N m, or N.
+        friction_width: rate over which dry friction changes its sign, rad/s, times the leg length l of prismatic
+            joints; by default 0.05 sqrt(g / l).
         file_drives: whether rotor inertia, damping and friction that the file states are used.
         planar: whether the base moves in the plane of x and z alone: at x, z and pitch. Two prismatic joints without
             mass and one that turns, in place of a free base, say the same.
@@ -110,7 +117,9 @@ def _locked(file: FileRobot, locked: Mapping[str, float], path: Path) -> FileRob
 
 def _held(joint: FileJoint, value: float, path: Path) -> FileJoint:
     """A fixed joint in place of a moving one."""
-    check_bounded(f"value of the locked joint '{joint.name}'", value)
+    what = f"value of the locked joint '{joint.name}'"
+    check_bounded(what, value)
+    require_dimension(value, "length" if joint.kind == "prismatic" else "angle", what)
     rotation, translation = joint.rotation, joint.translation
     if joint.kind in TURNING:
         rotation = frozen(snap(rotation @ np.asarray(rotation_about(joint.axis, value))))
@@ -130,14 +139,18 @@ def _driven(file: FileRobot, change: Adaptation, path: Path) -> FileRobot:
                 _require(f"joint ({drive} in {path.name})", name, moving)
 
     def driven(joint: FileJoint) -> FileJoint:
-        def of(given: Mapping[str, float], said: float) -> float:
-            return given.get(joint.name, given.get("*", said if change.file_drives else 0.0))
+        def of(what: str, said: float) -> float:
+            given, dimensions = getattr(change, what), DRIVES[what]
+            common = given.get("*") if joint.kind in TURNING else None
+            if joint.name in given:
+                require_dimension(given[joint.name], dimensions[joint.kind == "prismatic"], f"{what} of '{joint.name}'")
+            return given.get(joint.name, (said if change.file_drives else 0.0) if common is None else common)
 
         return replace(
             joint,
-            rotor_inertia=of(change.rotor_inertia, joint.rotor_inertia),
-            damping=of(change.damping, joint.damping),
-            dry_friction=of(change.dry_friction, joint.dry_friction),
+            rotor_inertia=of("rotor_inertia", joint.rotor_inertia),
+            damping=of("damping", joint.damping),
+            dry_friction=of("dry_friction", joint.dry_friction),
         )
 
     return replace(file, joints=tuple(driven(joint) if joint.kind != "fixed" else joint for joint in file.joints))

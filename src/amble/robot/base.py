@@ -25,6 +25,9 @@ SPATIAL = len(BASE_COORDINATES)
 LATERAL = 1.0 - 1e-9
 """Least share of a joint's axis along y in a robot of a plane; files hold pi / 2 to ten digits."""
 
+OUT_OF_PLANE = 1e-9
+"""Largest share along y of the axis of a prismatic joint there."""
+
 
 @dataclass(frozen=True)
 class Base:
@@ -94,15 +97,17 @@ def check_plane(robot: Robot) -> None:
     """Refuse a robot in the plane with a joint that would leave it.
 
     Raises:
-        InputError: a joint does not turn about the base's y axis.
+        InputError: a joint does not turn about the base's y axis, or slides along it.
     """
     rotations = [np.eye(3)] * len(robot.links)
     for joint in (robot.joints[j] for j in robot.ordered_joints):
         rotations[joint.child] = rotations[joint.parent] @ joint.rotation
         axis = rotations[joint.child] @ joint.axis
-        if abs(axis[1]) < LATERAL:
+        inside = abs(axis[1]) < OUT_OF_PLANE if joint.prismatic else abs(axis[1]) > LATERAL
+        if not inside:
             x, y, z = axis
+            moves, wanted = ("slides along", "across y") if joint.prismatic else ("turns about", "about y")
             raise InputError(
-                f"robot '{robot.name}' moves in the plane of x and z, but joint '{joint.name}' turns about "
-                f"({x:.3g}, {y:.3g}, {z:.3g}), not about y: let it move in space, or lock the joint"
+                f"robot '{robot.name}' moves in the plane of x and z, but joint '{joint.name}' {moves} "
+                f"({x:.3g}, {y:.3g}, {z:.3g}), not {wanted}: let it move in space, or lock the joint"
             )

@@ -162,13 +162,15 @@ def _enter_base(entries: Entries, q: ca.SX, body: Composite) -> None:
 
 def _enter_joint(entries: Entries, robot: Robot, q: ca.SX, frames: Frames, j: int, body: Composite) -> None:
     """Enter the row of a joint: the wrench that accelerates it, seen by every joint below and by the base."""
-    _, first_moment, inertia = body
+    mass, first_moment, inertia = body
     axis = constant(robot.joints[j].axis)
-    force, moment = cross(axis, first_moment), inertia @ axis
-    entries[SPATIAL + j, SPATIAL + j] = ca.dot(axis, moment)
+    if robot.joints[j].prismatic:
+        force, moment = mass * axis, cross(first_moment, axis)
+    else:
+        force, moment = cross(axis, first_moment), inertia @ axis
     for below in reversed(robot.chain(robot.joints[j].child)):
-        if below != j:
-            entries[SPATIAL + j, SPATIAL + below] = ca.dot(constant(robot.joints[below].axis), moment)
+        along = force if robot.joints[below].prismatic else moment
+        entries[SPATIAL + j, SPATIAL + below] = ca.dot(constant(robot.joints[below].axis), along)
         arm, rotation = frames.translations[below], frames.rotations[below]
         force = rotation @ force
         moment = rotation @ moment + cross(arm, force)
@@ -199,7 +201,7 @@ def _rotated(rotation: ca.SX, inertia: ca.SX) -> ca.SX:
     return _symmetric({(i, j): ca.dot(half[i, :], rotation[j, :]) for i in range(3) for j in range(i, 3)})
 
 
-def _parallel_axes(mass: float, first_moment: ca.SX, arm: ca.DM) -> ca.SX:
+def _parallel_axes(mass: float, first_moment: ca.SX, arm: ca.SX | ca.DM) -> ca.SX:
     """What an inertia about one origin gains about another: (2 p.c + m p.p) I - (p c' + c p' + m p p')."""
     mixed = first_moment + 0.5 * mass * arm
     diagonal = 2 * ca.dot(arm, mixed)

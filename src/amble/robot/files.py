@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,40 +14,55 @@ from amble.robot.model import Robot
 from amble.robot.parts import DRIVE, Foot, Joint, Link, Payload
 from amble.types import Json
 
+PRISMATIC = "prismatic"
+"""The kind that files name; joints without a kind are revolute."""
 
-def _joint(range: tuple[float, float], **fields: Any) -> Joint:
+
+def _joint(range: tuple[float, float], kind: str | None, **fields: Any) -> Joint:
     lower, upper = range
-    return Joint(lower=lower, upper=upper, **fields)
+    return Joint(lower=lower, upper=upper, prismatic=kind == PRISMATIC, **fields)
+
+
+def _kind(joint: Joint) -> str | None:
+    return PRISMATIC if joint.prismatic else None
 
 
 LINK = Record(Link, {"name": TEXT, "mass": Number("kg"), "center": Array("m", 3), "inertia": Array("kg m^2", 3, 3)})
+
+
+def _of_kind(turning: Codec, sliding: Codec) -> Callable[[Mapping[str, Any]], Codec]:
+    """Codec of what has other units for prismatic joints."""
+    return lambda known: sliding if known.get("kind") == PRISMATIC else turning
+
 
 JOINT = Record(
     _joint,
     {
         "name": TEXT,
+        "kind": Optional(NameIn("kind of joint", (PRISMATIC,))),
         "parent": Count(),
         "child": Count(),
         "rotation": Array("1", 3, 3),
         "translation": Array("m", 3),
         "axis": Array("1", 3),
-        "range": Interval("rad", infinite=True),
-        "effort": Number("N m", infinite=True),
-        "velocity": Number("rad/s", infinite=True),
+        "range": _of_kind(Interval("rad", infinite=True), Interval("m", infinite=True)),
+        "effort": _of_kind(Number("N m", infinite=True), Number("N", infinite=True)),
+        "velocity": _of_kind(Number("rad/s", infinite=True), Number("m/s", infinite=True)),
     },
-    take=lambda joint: {**vars(joint), "range": (joint.lower, joint.upper)},
+    take=lambda joint: {**vars(joint), "range": (joint.lower, joint.upper), "kind": _kind(joint)},
 )
 
 DRIVEN = Record(
     dict,
     {
-        "rotor_inertia": Number("kg m^2"),
-        "damping": Number("N m s/rad"),
-        "dry_friction": Number("N m"),
-        "friction_width": Number("rad/s"),
+        "kind": Optional(NameIn("kind of joint", (PRISMATIC,))),
+        "rotor_inertia": _of_kind(Number("kg m^2"), Number("kg")),
+        "damping": _of_kind(Number("N m s/rad"), Number("N s/m")),
+        "dry_friction": _of_kind(Number("N m"), Number("N")),
+        "friction_width": _of_kind(Number("rad/s"), Number("m/s")),
     },
 )
-"""What stands between a joint's torque and its motion."""
+"""What stands between a joint's torque, or force, and its motion."""
 
 PAYLOAD = Record(Payload, {"mass": Number("kg"), "position": Array("m", 3), "link": TEXT})
 
@@ -80,7 +95,7 @@ def _take(robot: Robot) -> Mapping[str, Any]:
     overlays = {
         "locked_joints": robot.locked_joints,
         "rotors": {
-            joint.name: {what: getattr(joint, what) for what in DRIVE}
+            joint.name: {"kind": _kind(joint), **{what: getattr(joint, what) for what in DRIVE}}
             for joint in robot.joints
             if not joint.driven_freely
         },
@@ -97,12 +112,19 @@ def robot_of(overlays: Json, joints: tuple[Joint, ...], base: str | None, **fiel
         if name not in names:
             raise UnknownNameError("joint (rotors of the robot of the gait)", name, names)
     return Robot(
-        joints=tuple(replace(joint, **rotors.get(joint.name, {})) for joint in joints),
+        joints=tuple(_driven(joint, rotors[joint.name]) if joint.name in rotors else joint for joint in joints),
         locked_joints=overlays["locked_joints"],
         payload=overlays["payload"],
         base=BASES[base or SPACE.name],
         **fields,
     )
+
+
+def _driven(joint: Joint, rotor: Json) -> Joint:
+    """Lay what a file says of a joint's rotor over the joint, whose kind it has to know."""
+    if rotor["kind"] != _kind(joint):
+        raise InputError(f"the rotor of joint '{joint.name}' in the gait file is that of another kind of joint")
+    return replace(joint, **{what: rotor[what] for what in DRIVE})
 
 
 def _build(hash: str, **fields: Any) -> Robot:

@@ -20,6 +20,7 @@ from amble.types import Matrix, Vector, frozen
 
 if TYPE_CHECKING:
     from amble.robot.model import Robot
+    from amble.robot.parts import Joint
 
 X, Y, Z = np.eye(3)
 
@@ -40,11 +41,18 @@ def link_poses(robot: Robot, q: Any) -> list[tuple[Any, Any]]:
     """Return orientation (3, 3) and origin (3,) of every link in base axes, relative to the base frame."""
     poses: list[tuple[Any, Any]] = [(ca.SX.eye(3), ca.SX(3, 1))] * len(robot.links)
     for j in robot.ordered_joints:
-        joint = robot.joints[j]
-        rotation, origin = poses[joint.parent]
-        frame = constant(joint.rotation) @ rotation_about(joint.axis, q[SPATIAL + j])
-        poses[joint.child] = (rotation @ frame, origin + rotation @ constant(joint.translation))
+        rotation, origin = poses[robot.joints[j].parent]
+        frame, place = joint_frame(robot.joints[j], q[SPATIAL + j])
+        poses[robot.joints[j].child] = (rotation @ frame, origin + rotation @ place)
     return poses
+
+
+def joint_frame(joint: Joint, value: Any) -> tuple[Any, Any]:
+    """Return orientation (3, 3) and origin (3,) of a joint's frame in its parent link, at an angle or displacement."""
+    rotation, place = constant(joint.rotation), constant(joint.translation)
+    if joint.prismatic:
+        return rotation, place + constant(joint.rotation @ joint.axis) * value
+    return rotation @ rotation_about(joint.axis, value), place
 
 
 @lru_cache(maxsize=16)
@@ -129,7 +137,8 @@ def _foot_jacobian(robot: Robot, foot: str) -> ca.Function:
     for j in robot.chain(record.link):
         link_rotation, origin = poses[j + 1]
         axis = link_rotation @ constant(robot.joints[j].axis)
-        jacobian[:, SPATIAL + j] = rotation @ cross(axis, arm - origin)
+        moved = axis if robot.joints[j].prismatic else cross(axis, arm - origin)
+        jacobian[:, SPATIAL + j] = rotation @ moved
     return ca.Function("foot_jacobian", [q], [ca.sparsify(_own(robot, jacobian))])
 
 
@@ -144,7 +153,8 @@ def _foot_rotation_jacobian(robot: Robot, foot: str) -> ca.Function:
     jacobian[:, 5] = rotation @ constant(Z)
     poses = link_poses(robot, s)
     for j in robot.chain(robot.foot(foot).link):
-        jacobian[:, SPATIAL + j] = rotation @ (poses[j + 1][0] @ constant(robot.joints[j].axis))
+        if not robot.joints[j].prismatic:
+            jacobian[:, SPATIAL + j] = rotation @ (poses[j + 1][0] @ constant(robot.joints[j].axis))
     return ca.Function("foot_rotation_jacobian", [q], [ca.sparsify(_own(robot, jacobian))])
 
 
@@ -163,9 +173,12 @@ def _foot_bias(robot: Robot, foot: str) -> ca.Function:
         rotation, origin = poses[j + 1]
         acceleration += _bias_of_arm(angular_velocity, angular_acceleration, origin - parent)
         axis = rotation @ constant(robot.joints[j].axis)
+        parent = origin
+        if robot.joints[j].prismatic:
+            acceleration += 2 * cross(angular_velocity, axis) * rates[SPATIAL + j]
+            continue
         angular_acceleration = angular_acceleration + cross(angular_velocity, axis) * rates[SPATIAL + j]
         angular_velocity = angular_velocity + axis * rates[SPATIAL + j]
-        parent = origin
     acceleration += _bias_of_arm(angular_velocity, angular_acceleration, _in_base(robot, foot, s) - parent)
     return ca.Function("foot_bias", [q, v], [ca.densify(base_rotation(s) @ acceleration)])
 

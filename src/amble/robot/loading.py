@@ -22,7 +22,7 @@ from amble.types import Matrix, Vector, frozen
 
 logger = logging.getLogger("amble")
 
-REVOLUTE = ("revolute", "continuous")
+MOVING = ("revolute", "continuous", "prismatic")
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def placed_links(file: FileRobot, path: Path, change: Adaptation) -> dict[str, t
 def _tree(file: FileRobot, path: Path) -> tuple[str, list[FileJoint], dict[str, _Placement]]:
     """Return the base link, the moving joints, and where every link sits."""
     root = _find_root(file, path)
-    joints = [joint for joint in file.joints if joint.kind in REVOLUTE]
+    joints = [joint for joint in file.joints if joint.kind in MOVING]
     return root, joints, _place(file, root, joints, path)
 
 
@@ -197,9 +197,9 @@ def _place(file: FileRobot, root: str, joints: list[FileJoint], path: Path) -> d
                 f"{path.name}: joint '{joint.name}' mimics '{shown(joint.mimics)}', which amble cannot move; "
                 f"{_lock(joint)}"
             )
-        if joint.kind not in (*REVOLUTE, "fixed", "floating"):
+        if joint.kind not in (*MOVING, "fixed", "floating"):
             raise InputError(
-                f"{path.name}: joint '{joint.name}' is {shown(joint.kind)}; known: revolute, continuous, fixed; "
+                f"{path.name}: joint '{joint.name}' is {shown(joint.kind)}; known: {', '.join((*MOVING, 'fixed'))}; "
                 f"{_lock(joint)}"
             )
     fixed: dict[str, list[FileJoint]] = {}
@@ -267,12 +267,13 @@ def _moving_joint(joint: FileJoint, index: int, on: _Placement) -> Joint:
         rotation=frozen(snap(on.rotation @ joint.rotation)),
         translation=frozen(on.translation + on.rotation @ joint.translation),
         axis=frozen(snap(joint.axis)),
-        lower=joint.lower if joint.kind == "revolute" else -np.inf,
-        upper=joint.upper if joint.kind == "revolute" else np.inf,
+        lower=joint.lower if joint.kind != "continuous" else -np.inf,
+        upper=joint.upper if joint.kind != "continuous" else np.inf,
         effort=joint.effort,
         velocity=joint.velocity,
         rotor_inertia=joint.rotor_inertia,
         damping=joint.damping,
+        prismatic=joint.kind == "prismatic",
     )
 
 

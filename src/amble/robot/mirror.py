@@ -114,10 +114,10 @@ class AsymmetryError(InputError):
 def find_mirror(robot: Robot) -> Mirror:
     """Find and verify the left-right mirror of a robot.
 
-    Joints are paired along the legs of twin feet; a joint turns the other way where its axis, a pseudo-vector, is the
-    reverse of the mirrored axis of its twin at the zero pose. The result is then verified at random poses: mirrored
-    foot positions, mass matrix and gravity forces agree within ``robot.symmetry_tolerance``, relative to the lengths
-    and inertias of the robot.
+    Joints are paired along the legs of twin feet; a joint moves the other way where its axis, a pseudo-vector of one
+    that turns, is the reverse of the mirrored axis of its twin at the zero pose. The result is then verified at random
+    poses: mirrored foot positions, mass matrix and gravity forces agree within ``robot.symmetry_tolerance``, relative
+    to the lengths and inertias of the robot.
 
     Raises:
         AsymmetryError: the robot is not symmetric.
@@ -169,11 +169,12 @@ def partners(robot: Robot) -> dict[int, int]:
         if len(own) != len(other):
             raise InputError(f"robot '{robot.name}': leg '{name}' has {len(own)} joints, '{twin}' {len(other)}")
         for j, k in zip(own, other, strict=True):
-            if partner.setdefault(j, k) != k:
+            if robot.joints[j].prismatic != robot.joints[k].prismatic or partner.setdefault(j, k) != k:
                 raise InputError(f"robot '{robot.name}': the legs of '{name}' and '{twin}' do not mirror each other")
     loose = [j for j in range(len(robot.joints)) if j not in partner]
     for j in loose:
-        partner[j] = min(loose, key=lambda k: _distance(robot, j, k))
+        kin = [k for k in loose if robot.joints[k].prismatic == robot.joints[j].prismatic]
+        partner[j] = min(kin, key=lambda k: _distance(robot, j, k))
     if sorted(partner.values()) != list(range(len(robot.joints))) or any(partner[k] != j for j, k in partner.items()):
         raise InputError(f"robot '{robot.name}': its joints do not form left-right pairs")
     return partner
@@ -187,7 +188,8 @@ def _distance(robot: Robot, j: int, k: int) -> float:
 
 def _axis_sign(robot: Robot, j: int, k: int) -> float:
     (axis_j, _), (axis_k, _) = _at_zero(robot, j), _at_zero(robot, k)
-    return 1.0 if axis_k @ (-REFLECTION @ axis_j) > 0.0 else -1.0
+    sense = 1.0 if robot.joints[j].prismatic else -1.0  # an axis of rotation is a pseudo-vector
+    return 1.0 if axis_k @ (sense * REFLECTION @ axis_j) > 0.0 else -1.0
 
 
 def _at_zero(robot: Robot, j: int) -> tuple[Vector, Vector]:

@@ -1,4 +1,4 @@
-"""The robot record: a floating base with a tree of revolute joints and point feet, as numbers with names."""
+"""The robot record: a floating base with a tree of joints and point feet, as numbers with names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from amble.names import LONGEST_FILE, check_name
 from amble.robot.base import SPACE, Base, check_plane
 from amble.robot.parts import DRIVE, Foot, Joint, Link, Payload
 from amble.robot.validation import check_bodies, check_frames, check_names, check_numbers, check_tree
-from amble.types import Json, Matrix
+from amble.types import Json, Matrix, Vector, frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Robot:
-    """A floating-base robot with revolute joints and point feet.
+    """A floating-base robot with revolute and prismatic joints and point feet.
 
     Two robots are equal where their hash is: the content that matters to a motion, not the name or the file.
 
@@ -109,13 +109,24 @@ class Robot:
 
     @cached_property
     def leg_length(self) -> float:
-        """Length of the longest leg, stretched joint by joint, m: what deviations of positions are measured by."""
+        """Length of the longest leg, stretched joint by joint, m: what deviations of positions are measured by.
+
+        Prismatic joints are at the end of their range that is further out, at zero where they have none.
+        """
         reaches = [
-            sum(float(np.linalg.norm(self.joints[j].translation)) for j in self.chain(foot.link))
-            + float(np.linalg.norm(foot.offset))
+            sum(_reach(self.joints[j]) for j in self.chain(foot.link)) + float(np.linalg.norm(foot.offset))
             for foot in self.feet
         ]
         return max(reaches, default=0.0)
+
+    @cached_property
+    def torque_arms(self) -> Vector:
+        """Arms at which what acts on the joints counts as a torque: 1 of a torque, the leg length of a force, (n,).
+
+        Squares, norms and means over joints of both kinds are those of torques, N m.
+        """
+        length = self.leg_length or 1.0  # a robot without feet
+        return frozen([length if joint.prismatic else 1.0 for joint in self.joints])
 
     @cached_property
     def legs(self) -> Mapping[str, tuple[str, ...]]:
@@ -183,6 +194,14 @@ class Robot:
         return self.coordinate_names.index(name)
 
 
+def _reach(joint: Joint) -> float:
+    """How far a joint's frame is from its parent's at most, m."""
+    if not joint.prismatic:
+        return float(np.linalg.norm(joint.translation))
+    ends = [end for end in (joint.lower, joint.upper) if np.isfinite(end)] or [0.0]
+    return max(float(np.linalg.norm(joint.translation + joint.rotation @ joint.axis * end)) for end in ends)
+
+
 def _content(robot: Robot) -> Json:
     """Everything that changes a motion, as plain data; repr of a float is exact."""
     return {
@@ -193,6 +212,7 @@ def _content(robot: Robot) -> Json:
             [joint.name, joint.parent, joint.child, _exact(joint.rotation), _exact(joint.translation)]
             + [_exact(joint.axis)]
             + [repr(float(limit)) for limit in (joint.lower, joint.upper, joint.effort, joint.velocity)]
+            + ["prismatic"] * joint.prismatic
             for joint in robot.joints
         ],
         "feet": [[foot.name, foot.link, _exact(foot.offset)] for foot in robot.feet],

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amble.errors import InputError, shown
-from amble.io.quantities import LENGTHS
+from amble.robot.coordinate_units import is_length
 from amble.robot.model import Robot
 from amble.types import Vector
 
@@ -77,7 +77,7 @@ def natural_units(robot: Robot, length: float) -> Vector:
     """
     _check(robot, length)
     rate = np.sqrt(robot.gravity / length)
-    positions = np.where([name in LENGTHS for name in robot.coordinate_names], length, 1.0)
+    positions = np.where([is_length(robot, name) for name in robot.coordinate_names], length, 1.0)
     return np.concatenate([positions, rate * positions])
 
 

@@ -7,7 +7,8 @@ Inertial parameters of the links are regrouped so that the recursions need the f
 symmetric about a revolute joint's axis moves the same whether it is fixed to the child or to the parent: point masses
 on the axis, and so every combination of their parameters m, s m a and s^2 m (I - a a'). Each child hands its mass, its
 first moment along the axis and one of its transverse moments of inertia to its parent (minimum inertial parameters;
-Khalil and Dombre, Modeling, Identification and Control of Robots, 2002, section 9.4.2). Forces, energy and
+Khalil and Dombre, Modeling, Identification and Control of Robots, 2002, section 9.4.2). A link on a prismatic joint
+turns as its parent does, and hands its whole inertia about its origin. Forces, energy and
 momentum of the whole robot stay the same; parameters of a single body lose their meaning.
 """
 
@@ -20,7 +21,7 @@ import casadi as ca
 import numpy as np
 
 from amble.robot.base import SPATIAL
-from amble.robot.kinematics import X, Y, Z, angle_axes, base_rotation
+from amble.robot.kinematics import X, Y, Z, angle_axes, base_rotation, joint_frame
 from amble.robot.rotation import constant, cross, rotation_about, skew
 from amble.types import Matrix, Vector
 
@@ -48,14 +49,15 @@ class Body:
 
 
 def base_inertial_parameters(robot: Robot) -> list[Body]:
-    """Return one body a link, base first; all but the base have mass zero."""
+    """Return one body a link, base first; links on revolute joints have mass zero."""
     bodies = []
     for link in robot.links:
         arm = skew(link.center)
         bodies.append(Body(link.mass, link.mass * link.center, link.inertia - link.mass * arm @ arm))
     for j in reversed(robot.ordered_joints):
         joint = robot.joints[j]
-        handed = _symmetric_part(bodies[joint.child], joint.axis)
+        own = bodies[joint.child]
+        handed = Body(0.0, np.zeros(3), own.inertia) if joint.prismatic else _symmetric_part(own, joint.axis)
         bodies[joint.child] = _sum(bodies[joint.child], handed, -1.0)
         bodies[joint.parent] = _sum(bodies[joint.parent], _seen_from_parent(handed, joint), 1.0)
     return bodies
@@ -101,15 +103,13 @@ class Frames:
     """Orientation and origin of every joint's frame in its parent link."""
 
     rotations: list[ca.SX]
-    translations: list[ca.DM]
+    translations: list[ca.SX | ca.DM]
 
 
 def joint_frames(robot: Robot, q: ca.SX) -> Frames:
     """Return the joint frames at coordinates q."""
-    return Frames(
-        [constant(j.rotation) @ rotation_about(j.axis, q[SPATIAL + i]) for i, j in enumerate(robot.joints)],
-        [constant(j.translation) for j in robot.joints],
-    )
+    found = [joint_frame(joint, q[SPATIAL + number]) for number, joint in enumerate(robot.joints)]
+    return Frames([rotation for rotation, _ in found], [place for _, place in found])
 
 
 def newton_euler(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
@@ -120,7 +120,7 @@ def newton_euler(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> ca.SX:
         _inertial_wrench(body, motion) for body, motion in zip(base_inertial_parameters(robot), motions, strict=True)
     ]
     total = _gather(robot, frames, wrenches)
-    torques = [constant(joint.axis).T @ total[joint.child][1] for joint in robot.joints]
+    torques = [constant(joint.axis).T @ total[joint.child][0 if joint.prismatic else 1] for joint in robot.joints]
     force, moment = total[0]
     return ca.densify(ca.vertcat(base_rotation(q) @ force, angle_axes(q).T @ moment, *torques))
 
@@ -157,13 +157,17 @@ def _motions(robot: Robot, frames: Frames, base: Motion, v: ca.SX, a: ca.SX) -> 
     for j in robot.ordered_joints:
         joint, on = robot.joints[j], motions[robot.joints[j].parent]
         axis, step, arm = constant(joint.axis), frames.rotations[j].T, frames.translations[j]
-        carried = step @ on.angular_velocity
-        motions[joint.child] = Motion(
-            carried + axis * v[SPATIAL + j],
-            step @ on.angular_acceleration + axis * a[SPATIAL + j] + cross(carried, axis) * v[SPATIAL + j],
-            step @ (on.velocity + cross(on.angular_velocity, arm)),
-            step @ (on.acceleration + _swirl(on) @ arm),
-        )
+        spin, turning = step @ on.angular_velocity, step @ on.angular_acceleration
+        velocity = step @ (on.velocity + cross(on.angular_velocity, arm))
+        acceleration = step @ (on.acceleration + _swirl(on) @ arm)
+        bent = cross(spin, axis) * v[SPATIAL + j]
+        if joint.prismatic:
+            velocity = velocity + axis * v[SPATIAL + j]
+            acceleration = acceleration + axis * a[SPATIAL + j] + 2 * bent
+        else:
+            turning = turning + axis * a[SPATIAL + j] + bent
+            spin = spin + axis * v[SPATIAL + j]
+        motions[joint.child] = Motion(spin, turning, velocity, acceleration)
     return motions
 
 

@@ -1,4 +1,4 @@
-"""The parts of a robot as numbers with names: links, revolute joints, point feet; and what such numbers may be."""
+"""The parts of a robot as numbers with names: links, joints, point feet; and what such numbers may be."""
 
 from __future__ import annotations
 
@@ -61,14 +61,17 @@ class Link:
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """A revolute joint; the frame of its child link is the joint frame.
+    """A revolute or prismatic joint; the frame of its child link is the joint frame.
+
+    Of a prismatic joint angles are displacements, rad stands for m, torques are forces: N m stands for N, kg m^2 for
+    kg, N m s/rad for N s/m.
 
     Attributes:
         name: name in the file.
         parent: index of the link it hangs on.
         child: index of the link it moves.
         rotation: orientation of the joint frame in the parent link at angle zero, (3, 3).
-        translation: origin of the joint frame in the parent link, (3,), m.
+        translation: origin of the joint frame in the parent link, at displacement zero, (3,), m.
         axis: unit vector in the joint frame, (3,).
         lower: smallest angle, rad; minus infinity where the file gives none.
         upper: largest angle, rad; infinity where the file gives none.
@@ -78,6 +81,7 @@ class Joint:
         damping: torque against the rate, by the rate, N m s/rad.
         dry_friction: torque against the motion, N m; smooth: times tanh(rate / friction_width).
         friction_width: rate, rad/s; positive where there is dry friction, zero where there is none.
+        prismatic: whether the joint slides along its axis instead of turning about it.
     """
 
     name: str
@@ -94,6 +98,7 @@ class Joint:
     damping: float = 0.0
     dry_friction: float = 0.0
     friction_width: float = 0.0
+    prismatic: bool = False
 
     def __post_init__(self) -> None:
         """Check name and numbers: a joint is a coordinate, beside those of the base and the derivatives of all."""
@@ -107,6 +112,11 @@ class Joint:
                 raise InputError(f"the {what} of joint '{self.name}' is {value:g}; it is finite and not negative")
         if (self.dry_friction > 0.0) != (self.friction_width > 0.0):
             raise InputError(f"joint '{self.name}' needs both dry_friction and friction_width, or neither")
+
+    @property
+    def unit(self) -> str:
+        """Unit of its coordinate: rad or m."""
+        return "m" if self.prismatic else "rad"
 
     @property
     def driven_freely(self) -> bool:

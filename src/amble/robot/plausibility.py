@@ -86,7 +86,7 @@ def reach(robot: Robot) -> float:
 
 def _ranges(robot: Robot) -> list[str]:
     return [
-        f"joint '{joint.name}' cannot move: its range is {joint.lower:g} to {joint.upper:g} rad"
+        f"joint '{joint.name}' cannot move: its range is {joint.lower:g} to {joint.upper:g} {joint.unit}"
         for joint in robot.joints
         if not joint.lower < joint.upper
     ]

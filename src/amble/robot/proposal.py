@@ -93,12 +93,13 @@ def nominal_posture(robot: Robot) -> Posture:
 def standing_posture(robot: Robot) -> Posture:
     """Return a level posture in which every foot stands below its leg's first pitch joint, within the joint limits.
 
-    Pitch joints are those whose axis is lateral in the zero pose; all others stay at zero, or at the limit nearest to
-    it. All legs bend the same way where both ways are open to them.
+    Pitch joints are those that turn about an axis which is lateral in the zero pose; all others stay at zero, or at the
+    limit nearest to it. All legs bend the same way where both ways are open to them. A leg with one pitch joint and
+    prismatic joints stands with these in the middle of their ranges.
 
     Raises:
-        InputError: a leg has no two pitch joints or a great many, no length, or none of its poses brings the foot
-            there.
+        InputError: a leg has no two pitch joints, nor one and a prismatic joint, or a great many, no length, or none of
+            its poses brings the foot there.
     """
     angles = {joint.name: float(np.clip(0.0, joint.lower, joint.upper)) for joint in robot.joints}
     heights = []
@@ -114,6 +115,9 @@ def _leg(robot: Robot, foot: str, leg: tuple[str, ...], angles: dict[str, float]
     from scipy.optimize import least_squares
 
     pitching = [name for name in leg if _is_lateral(robot, name)]
+    sliding = [name for name in leg if robot.joint(name).prismatic]
+    if len(pitching) == 1 and sliding:
+        return _telescopic(robot, foot, pitching[0], {**angles, **{name: _middle(robot, name) for name in sliding}})
     if len(pitching) < 2:
         raise InputError(f"leg '{foot}' has no two pitch joints, so no posture is known for it; give one: posture=...")
     if len(pitching) > MOST_PITCHING:
@@ -150,6 +154,26 @@ def _leg(robot: Robot, foot: str, leg: tuple[str, ...], angles: dict[str, float]
     raise InputError(f"no pose of leg '{foot}' brings the foot below the hip; give a posture: posture=...")
 
 
+def _middle(robot: Robot, name: str) -> float:
+    joint = robot.joint(name)
+    finite = np.isfinite(joint.lower) and np.isfinite(joint.upper)
+    return 0.5 * (joint.lower + joint.upper) if finite else float(np.clip(0.0, joint.lower, joint.upper))
+
+
+def _telescopic(robot: Robot, foot: str, pitching: str, angles: dict[str, float]) -> tuple[dict[str, float], float]:
+    """Turn the only pitch joint of a leg until the foot is below it; displacements are given."""
+    known = _coordinates(robot, {**angles, pitching: 0.0})
+    hip, joint = _origin(robot, pitching, known), robot.joint(pitching)
+    ahead, _, up = _foot(robot, foot, known) - hip
+    rotation, _ = zero_poses(robot)[joint.child]
+    about = float(np.sign((rotation @ joint.axis)[1]))
+    angle = about * float(np.arctan2(ahead, -up))  # a turn about y takes what is ahead down
+    if not (np.hypot(ahead, up) > 0.0 and joint.lower <= angle <= joint.upper):
+        raise InputError(f"no pose of leg '{foot}' brings the foot below the hip; give a posture: posture=...")
+    found = {name: angles[name] for name in robot.legs[foot]} | {pitching: angle}
+    return found, -float(_foot(robot, foot, _coordinates(robot, {**angles, **found}))[2])
+
+
 def bent_ranges(robot: Robot, angles: Mapping[str, float], off_straight: float) -> dict[str, tuple[float, float]]:
     """Return pitch joint -> range in which the leg is bent at it as at a posture, at least so far off straight, rad.
 
@@ -183,7 +207,7 @@ def bent_ranges(robot: Robot, angles: Mapping[str, float], off_straight: float) 
 def _is_lateral(robot: Robot, name: str) -> bool:
     record = robot.joint(name)
     rotation, _ = zero_poses(robot)[record.child]
-    return bool(abs((rotation @ record.axis)[1]) > LATERAL)
+    return not record.prismatic and bool(abs((rotation @ record.axis)[1]) > LATERAL)
 
 
 def _origin(robot: Robot, name: str, q: Vector) -> Vector:

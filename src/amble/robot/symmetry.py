@@ -63,8 +63,14 @@ def _axis(robot: Robot, frames: list[_Frame], j: int) -> Vector:
 
 
 def _sign(robot: Robot, frames: list[_Frame], j: int, k: int) -> float:
-    """Whether joint j turns as the mirror image of joint k does: an axis is a pseudo-vector."""
-    return 1.0 if _axis(robot, frames, j) @ (-REFLECTION @ _axis(robot, frames, k)) > 0.0 else -1.0
+    """Whether joint j moves as the mirror image of joint k does."""
+    return 1.0 if _axis(robot, frames, j) @ _image(robot, frames, k) > 0.0 else -1.0
+
+
+def _image(robot: Robot, frames: list[_Frame], k: int) -> Vector:
+    """Mirror image of an axis: one of rotation is a pseudo-vector."""
+    sense = 1.0 if robot.joints[k].prismatic else -1.0
+    return np.asarray(sense * REFLECTION @ _axis(robot, frames, k))
 
 
 def _averaged_frame(robot: Robot, old: list[_Frame], j: int, k: int, sign: float) -> _Frame:
@@ -72,7 +78,7 @@ def _averaged_frame(robot: Robot, old: list[_Frame], j: int, k: int, sign: float
     image = REFLECTION @ old[k + 1].origin
     _require_near(robot, f"joint '{robot.joints[j].name}'", old[j + 1].origin - image)
     own = _axis(robot, old, j)
-    mean = own - sign * (REFLECTION @ _axis(robot, old, k))
+    mean = own + sign * _image(robot, old, k)
     turn = _smallest_turn(own, mean / np.linalg.norm(mean))
     return _Frame(turn @ old[j + 1].rotation, 0.5 * (old[j + 1].origin + image))
 
@@ -100,7 +106,7 @@ def _joint(robot: Robot, joint: Joint, twin: Joint, sign: float, new: list[_Fram
     if lower > upper:
         raise InputError(
             f"robot '{robot.name}' cannot be symmetrized: joint '{joint.name}' moves from {joint.lower:g} to "
-            f"{joint.upper:g} rad, its twin '{twin.name}' mirrored from {other[0]:g} to {other[1]:g}"
+            f"{joint.upper:g} {joint.unit}, its twin '{twin.name}' mirrored from {other[0]:g} to {other[1]:g}"
         )
     return replace(
         joint,

@@ -109,7 +109,7 @@ def check_frames(joints: Sequence[Joint]) -> None:
         if not abs(length - 1.0) <= ROUNDING:
             raise InputError(f"the axis of joint '{joint.name}' is {length:g} long; it is a unit vector")
         if not joint.lower <= joint.upper:
-            raise InputError(f"the range of joint '{joint.name}' is {joint.lower:g} to {joint.upper:g} rad")
+            raise InputError(f"the range of joint '{joint.name}' is {joint.lower:g} to {joint.upper:g} {joint.unit}")
         for what, most in (("effort", joint.effort), ("velocity", joint.velocity)):
             if not most >= 0.0:
                 raise InputError(f"the largest {what} of joint '{joint.name}' is {most:g}; it is not negative")

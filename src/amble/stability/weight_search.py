@@ -300,9 +300,12 @@ def _require(gait: Gait, free: Sequence[str]) -> None:
 def _weighting(gait: Gait, feedback: Feedback, free: Sequence[str]) -> Weighting:
     names = controllable(gait.robot)
     columns = [names.index(coordinate) for coordinate in free]
-    masks = {}
+    units, masks, sizes = natural_units(gait.robot, gait.robot.leg_length), {}, {}
     for name, matrix in feedback.weights.items():
+        outputs = [gait.robot.coordinate_index(one) for one in gait.outputs.of(name).coordinates]
+        observed = [gait.robot.coordinate_index(one) for one in names]
+        sizes[name] = units[outputs][:, None] / units[observed]
         masks[name] = np.zeros(matrix.shape, dtype=np.bool_)
         masks[name][:, columns] = True
     packed = {name: loop_parameters(gait, name) for name in masks}
-    return Weighting(dict(feedback.weights), masks, packed, by_time=isinstance(gait.outputs.phase, TimePhase))
+    return Weighting(dict(feedback.weights), masks, packed, sizes, by_time=isinstance(gait.outputs.phase, TimePhase))

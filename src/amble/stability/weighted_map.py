@@ -22,12 +22,14 @@ class Weighting:
         start: domain -> H_0, (n_y, n_a).
         free: domain -> mask of the free entries of H, (n_y, n_a).
         packed: domain -> parameters of the compiled loop with H_0.
+        sizes: domain -> unit of every entry of H, (n_y, n_a), as the coordinates' natural units make it: 1 of angles.
         by_time: whether the curves run on time alone.
     """
 
     start: Mapping[str, Matrix]
     free: Mapping[str, NDArray[np.bool_]]
     packed: Mapping[str, Vector]
+    sizes: Mapping[str, Matrix]
     by_time: bool = True
 
     @property
@@ -36,19 +38,19 @@ class Weighting:
         return int(sum(mask.sum() for mask in self.free.values()))
 
     def weights(self, theta: Vector) -> dict[str, Matrix]:
-        """Return H of every domain for the deviations theta from H_0, (size,)."""
+        """Return H of every domain for the deviations theta from H_0 in natural units, (size,)."""
         result, offset = {}, 0
         for name, mask in self.free.items():
             count = int(mask.sum())
             matrix = np.array(self.start[name])
-            matrix[mask] += theta[offset : offset + count]
+            matrix[mask] += theta[offset : offset + count] * self.sizes[name][mask]
             result[name] = matrix
             offset += count
         return result
 
     def gather(self, slopes: Mapping[str, Matrix]) -> Vector:
-        """Collect the free entries of matrices shaped like H, in the order of theta."""
-        return np.concatenate([slopes[name][mask] for name, mask in self.free.items()])
+        """Turn slopes with respect to H into those with respect to theta."""
+        return np.concatenate([slopes[name][mask] * self.sizes[name][mask] for name, mask in self.free.items()])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amble.hybrid import Contacts, GaitPattern
-from amble.io.quantities import units
 from amble.numerics.collocation import CollocationScheme
 from amble.robot import Robot, dynamics, kinematics
+from amble.robot.coordinate_units import units
 from amble.robot.natural_units import RobotUnits
 from amble.types import Matrix, NodeValues, Vector, frozen
 
@@ -43,7 +43,7 @@ FREE = 1e-3
 """Weight of what is hardly weighed."""
 
 DAMPING = 1e-3
-"""Of the legs' answer to the base, in units of the robot a radian."""
+"""Of the legs' answer to the base, in units of the robot a unit of a joint."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,18 +96,20 @@ def base_trajectory(
 
 @dataclass(frozen=True, kw_only=True)
 class _BaseUnits:
-    """Sizes of the base's coordinates, of two rates of them, (n_b,) each, and of a length, m, for a robot."""
+    """Sizes of the base's coordinates, of two rates of them, (n_b,) each, of the joints, and of a length, m."""
 
     s: Vector
     ds: Vector
     dds: Vector
+    joints: Vector
     length: float
 
     @classmethod
     def of(cls, robot: Robot) -> _BaseUnits:
         sizes, names = RobotUnits.of(robot), robot.base.coordinates
-        s, ds, dds = (np.array([sizes.size(unit) for unit in units(names, per)]) for per in ("", "/s", "/s^2"))
-        return cls(s=s, ds=ds, dds=dds, length=sizes.length)
+        s, ds, dds = (np.array([sizes.size(unit) for unit in units(robot, names, per)]) for per in ("", "/s", "/s^2"))
+        joints = np.array([sizes.size(joint.unit) for joint in robot.joints])
+        return cls(s=s, ds=ds, dds=dds, joints=joints, length=sizes.length)
 
 
 def _unknowns(walks: Sequence[LevelWalk], base: _BaseUnits) -> tuple[list[_Places], Vector, Vector, Vector]:
@@ -156,9 +158,10 @@ def _dynamics(walk: LevelWalk, at: _Places, base: _BaseUnits) -> Rows:
     function = ca.Function("balance", [q, v, a, lam], [ca.densify(part) for part in parts]).map(nodes)
     values = function(walk.q.T, walk.v.T, walk.a.T, np.tile(share[:, None], nodes))
     rest, by_q, by_a, by_force, feet_by_q = (_by_node(value, nodes) for value in values)
-    legs, moved = feet_by_q[:, :, n:], feet_by_q[:, :, :n]
+    units = base.joints
+    legs, moved = feet_by_q[:, :, n:] * units, feet_by_q[:, :, :n]
     normal = legs.transpose(0, 2, 1) @ legs + (DAMPING * base.length) ** 2 * np.eye(legs.shape[2])
-    follow = -np.linalg.solve(normal, legs.transpose(0, 2, 1) @ moved)
+    follow = -units[:, None] * np.linalg.solve(normal, legs.transpose(0, 2, 1) @ moved)
     S = np.concatenate([np.tile(np.eye(n), (nodes, 1, 1)), follow], axis=1)
     coefficients = np.concatenate([by_q @ S, by_a @ S, by_force], axis=2)
     terms = np.hstack([at.s, at.dds, at.force])

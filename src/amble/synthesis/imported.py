@@ -169,12 +169,13 @@ def _shortest(contacts: Contacts, q: NodeValues, v: NodeValues, a: NodeValues) -
     parts = [dynamics.inverse_dynamics(robot, *symbols), contacts.jacobian(symbols[0]), N, W]
     function = ca.Function("motion", symbols, [ca.densify(part) for part in parts])
     torques, forces = np.zeros((len(q), len(robot.joints))), np.zeros((len(q), contacts.size))
+    arms = robot.torque_arms
     for row, state in enumerate(zip(q, v, a, strict=True)):
         load, J, N_row, W_row = (np.asarray(part) for part in function(*state))
         force = np.linalg.lstsq(J[:, :n].T, load[:n, 0], rcond=None)[0] if contacts.feet else np.zeros(0)
         torque = load[n:, 0] - J[:, n:].T @ force
         if N_row.shape[1]:
-            s = -np.linalg.lstsq(N_row, torque, rcond=None)[0]
+            s = -np.linalg.lstsq(arms[:, None] * N_row, arms * torque, rcond=None)[0]
             torque, force = torque + N_row @ s, force + W_row @ s
         torques[row], forces[row] = torque, force
     return torques, forces

@@ -33,8 +33,9 @@ SWING_FACTOR = 1.5
 """Top of a swing foot's parabola over the clearance that is asked for."""
 
 DAMPING = 0.03
-"""Of a step of the inverse kinematics, in units of the robot a radian. A leg's foot is met to 1e-10 all the same, but a
-foot that passes under a vertical hip axis does not turn the leg around: that of ASTRo's crawl went to 7.6 rad."""
+"""Of a step of the inverse kinematics, in units of the robot a unit of a joint. A leg's foot is met to 1e-10 all the
+same, but one that passes under a vertical hip axis does not turn the leg around: that of ASTRo's crawl went to 7.6 rad.
+"""
 
 CRAWL_STANDING, CRAWL_SWINGING = 0.15, 0.8
 """Shares of their ranges at which domains of a crawl begin: the optima of seven robots stand on all feet as briefly as
@@ -219,13 +220,14 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
     jacobian = jacobian[:, robot.base.size :]
     function = ca.Function("feet", [q], [positions, jacobian]).map(nodes)
     motion = np.hstack([base, np.tile(joints, (nodes, 1))])
-    damping = DAMPING * RobotUnits.of(robot).length
+    sizes = RobotUnits.of(robot)
+    units, damping = np.array([sizes.size(joint.unit) for joint in robot.joints]), DAMPING * sizes.length
     for _ in range(KINEMATIC_STEPS):
         where, slopes = (np.asarray(part) for part in function(motion.T))
-        J = slopes.reshape((-1, nodes, joints.size)).transpose(1, 0, 2)
+        J = slopes.reshape((-1, nodes, joints.size)).transpose(1, 0, 2) * units  # rounded alike at every size
         normal = J.transpose(0, 2, 1) @ J + damping**2 * np.eye(joints.size)
         step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ (feet - where.T)[:, :, None])
-        motion[:, robot.base.size :] += step[:, :, 0]
+        motion[:, robot.base.size :] += units * step[:, :, 0]
     return motion
 
 

@@ -17,9 +17,9 @@ from amble.hybrid import Contacts, GaitPattern, Stance, Switch, impact
 from amble.hybrid.constrained_dynamics import selection
 from amble.hybrid.ground import into_frame
 from amble.hybrid.landing import steps
-from amble.io.quantities import load_units
 from amble.names import identifier
 from amble.robot import dynamics, kinematics
+from amble.robot.coordinate_units import load_units
 from amble.robot.natural_units import velocity_unit
 from amble.synthesis.block import Block, Label
 from amble.synthesis.layout import MARGIN, LandingLayout, Layout
@@ -196,7 +196,7 @@ def _impact(problem: GaitProblem, switch: Switch, landing: LandingLayout, at: _L
     where = _behind(switch, landing.stance)
     labels = RowKind.IMPACT.labels(
         (f"{where}: impact {name}" for name in (*robot.coordinate_names, *contacts.labels)),
-        load_units(robot.coordinate_names, " s")
+        load_units(robot, robot.coordinate_names, " s")
         + contacts.contact.component_units("m/s", "rad/s") * len(contacts.feet),
     )
     return RowGroup.equalities([mass @ (at.after - at.before) - J.T @ at.impulse, J @ at.after], labels)
@@ -211,7 +211,7 @@ def _motion(problem: GaitProblem, switch: Switch, landing: LandingLayout, at: _L
     where = _behind(switch, landing.stance)
     labels = RowKind.LANDING_FORCE.labels(
         (f"{where}: dynamics {name}" for name in (*names, *contacts.labels)),
-        load_units(names) + contacts.contact.component_units("m/s^2", "rad/s^2") * len(contacts.feet),
+        load_units(robot, names) + contacts.contact.component_units("m/s^2", "rad/s^2") * len(contacts.feet),
     )
     return RowGroup.equalities([loads[free], J @ at.acceleration + contacts.bias(at.q, at.after)], labels)
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from amble.control.landing import legs_in_the_air
 from amble.hybrid import Stance, Switch
 from amble.hybrid.landing import landed_stances
-from amble.io.quantities import load_units, unit_of, units
 from amble.numerics.collocation import node_positions
+from amble.robot.coordinate_units import load_units, unit_of, units
 from amble.robot.natural_units import RobotUnits
 from amble.synthesis.problem import GaitProblem
 from amble.types import NodeValues, Vector
@@ -179,15 +179,15 @@ def _domain(problem: GaitProblem, stance: Stance, switch: Switch, counter: _Coun
     phases = node_positions(problem.collocation, problem.intervals)
     names, foot = robot.coordinate_names, problem.pattern.contact
     of_nodes = {
-        "q": units(names),
-        "v": units(names, "/s"),
-        "a": units(names, "/s^2"),
-        "u": load_units(robot.joint_names),
+        "q": units(robot, names),
+        "v": units(robot, names, "/s"),
+        "a": units(robot, names, "/s^2"),
+        "u": load_units(robot, robot.joint_names),
         "force": foot.component_units("N", "N m") * len(stance.feet),
     }
     rows: dict[str, list[Index]] = {kind: [] for kind in of_nodes}
     duration = counter.take("duration", ["s"])
-    outputs = units(problem.outputs.of(stance.name).coordinates)
+    outputs = units(robot, problem.outputs.of(stance.name).coordinates)
     coefficients = counter.take("coefficients", outputs * (problem.outputs.order + 1))
     phase_numbers = counter.take("phase", [number.unit for number in problem.outputs.phase.numbers])
     for _ in phases:
@@ -220,9 +220,9 @@ def _landings(problem: GaitProblem, switch: Switch, counter: _Counter) -> tuple[
             LandingLayout(
                 stance=stance,
                 free=free,
-                v=counter.take("v", units(names, "/s")),
+                v=counter.take("v", units(robot, names, "/s")),
                 impulse=counter.take("impulse", foot.component_units("N s", "N m s") * count),
-                a=counter.take("a", units([names[k] for k in free], "/s^2")),
+                a=counter.take("a", units(robot, [names[k] for k in free], "/s^2")),
                 force=counter.take("force", foot.component_units("N", "N m") * count),
             )
         )
@@ -266,7 +266,7 @@ def _bound_domain(
     for name, (low, high) in limits.positions.items():
         if name == "z" and not contacts.ground.level:
             continue  # above the ground under the base: a row of the nodes
-        margin = min(POSITION_MARGIN * layout.units.size(unit_of(name)), LARGEST_MARGIN * (high - low))
+        margin = min(POSITION_MARGIN * layout.units.size(unit_of(robot, name)), LARGEST_MARGIN * (high - low))
         _within(lower, upper, domain.q[:, robot.coordinate_index(name)], (low, high), margin * problem.node_margins)
     for places, most_of in (
         (domain.v[:, joints:], limits.speeds),

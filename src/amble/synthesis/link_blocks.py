@@ -11,10 +11,10 @@ from amble.gait.command import Command
 from amble.hybrid import Switch
 from amble.hybrid.contact import AXES
 from amble.hybrid.ground import into_frame
-from amble.io.quantities import load_units, units
 from amble.names import identifier
 from amble.numerics.collocation import rate_products
 from amble.robot import dynamics, kinematics
+from amble.robot.coordinate_units import as_torques, load_units, units
 from amble.robot.parts import RATE
 from amble.robot.turn import turn_error, turned_velocity
 from amble.synthesis.block import Block, Label
@@ -35,8 +35,9 @@ def defect_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> 
     says: those of the polynomial through the nodes of an interval, f^T P f / h with P its ``rate_products``.
     """
     controlled = output_indices(problem, domain)
-    free = [k for k in range(problem.pattern.robot.size) if k not in controlled]
-    names = [problem.pattern.robot.coordinate_names[k] for k in free]
+    robot = problem.pattern.robot
+    free = [k for k in range(robot.size) if k not in controlled]
+    names = [robot.coordinate_names[k] for k in free]
     size, scheme = len(names), problem.collocation
     stages = scheme.stages
     q, v, a = (ca.SX.sym(letter, size, stages) for letter in "qva")
@@ -47,7 +48,9 @@ def defect_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> 
         weights = ca.DM(scheme.integration[stage])
         rows += [q[:, 0] + T * part * (v @ weights) - q[:, stage], v[:, 0] + T * part * (a @ weights) - v[:, stage]]
         for kind, per in (("", ""), (RATE, "/s")):
-            labels += RowKind.DEFECT.labels((f"defect {kind}{name} stage {stage}" for name in names), units(names, per))
+            labels += RowKind.DEFECT.labels(
+                (f"defect {kind}{name} stage {stage}" for name in names), units(robot, names, per)
+            )
     starts = np.arange(problem.intervals) * (stages - 1)
     steps = [(starts + stage) for stage in range(stages)]
     columns = [kind[step][:, free] for kind in (domain.q, domain.v, domain.a) for step in steps]
@@ -58,7 +61,8 @@ def defect_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> 
     weight = problem.cost.torque_rate(problem.pattern.robot)
     if weight:
         u, period = ca.SX.sym("u", domain.u.shape[1], stages), ca.SX.sym("period")
-        cost = weight * ca.trace(u @ ca.DM(rate_products(scheme.name)) @ u.T) / (T * part * period)
+        rated = as_torques(robot, u)
+        cost = weight * ca.trace(rated @ ca.DM(rate_products(scheme.name)) @ rated.T) / (T * part * period)
         variables += [ca.vec(u), period]
         columns += [*(domain.u[step] for step in steps), np.tile(layout.period, (count, 1))]
     return Block(
@@ -137,7 +141,9 @@ def switch_block(problem: GaitProblem, layout: Layout, number: int) -> Block:
             groups.append(release_rows(problem, switch, before[0], symbols.v_next, "behind the impact"))
     else:
         names = pattern.robot.coordinate_names
-        labels = RowKind.CONTINUITY.labels((f"continuity {RATE}{name}" for name in names), units(names, "/s"))
+        labels = RowKind.CONTINUITY.labels(
+            (f"continuity {RATE}{name}" for name in names), units(pattern.robot, names, "/s")
+        )
         groups.append(RowGroup.equalities([symbols.v_next - symbols.v_minus], labels))
     columns = [domain.q[-1], domain.v[-1], following.q[0], following.v[0], domain.impulse, layout.period]
     force, a_minus, a_plus = ca.SX(0, 1), ca.SX(0, 1), ca.SX(0, 1)
@@ -190,7 +196,7 @@ def _continuity_rows(problem: GaitProblem, symbols: _SwitchSymbols) -> RowGroup:
         if not problem.command.straight:
             rows[3:6] = turn_error(symbols.q_plus, symbols.q_minus, symbols.way[2])
     names = robot.coordinate_names
-    labels = RowKind.CONTINUITY.labels((f"continuity {name}" for name in names), units(names))
+    labels = RowKind.CONTINUITY.labels((f"continuity {name}" for name in names), units(robot, names))
     return RowGroup.equalities([rows], labels)
 
 
@@ -201,7 +207,8 @@ def _impact_rows(problem: GaitProblem, switch: Switch, symbols: _SwitchSymbols) 
     rows = [mass @ (symbols.v_next - symbols.v_minus) - J.T @ symbols.impulse, J @ symbols.v_next]
     labels = RowKind.IMPACT.labels(
         (f"impact {name}" for name in (*robot.coordinate_names, *landed.labels)),
-        load_units(robot.coordinate_names, " s") + landed.contact.component_units("m/s", "rad/s") * len(landed.feet),
+        load_units(robot, robot.coordinate_names, " s")
+        + landed.contact.component_units("m/s", "rad/s") * len(landed.feet),
     )
     return RowGroup.equalities(rows, labels)
 

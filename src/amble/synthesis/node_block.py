@@ -12,11 +12,11 @@ from amble.control.phase import DomainPhase, PhaseRates
 from amble.errors import InputError
 from amble.gait.cost import Instant
 from amble.hybrid import Contacts, selection
-from amble.io.quantities import load_units, units
 from amble.names import identifier
 from amble.numerics.bezier import bezier
 from amble.numerics.collocation import node_weights
 from amble.robot import dynamics, kinematics
+from amble.robot.coordinate_units import as_torques, load_units, units
 from amble.robot.parts import ACCELERATION, RATE
 from amble.synthesis.block import Block, Label
 from amble.synthesis.clearance_rows import clearance_rows
@@ -126,15 +126,16 @@ def node_block(problem: GaitProblem, layout: Layout, domain: DomainLayout) -> Bl
 
 def _equality_labels(problem: GaitProblem, domain: DomainLayout, contacts: Contacts, laws: int) -> list[Label]:
     """Label the rows that are zero: dynamics, contacts, outputs with their rates, allocation law."""
-    coordinates, joints = problem.outputs.of(domain.stance.name).coordinates, contacts.robot.coordinate_names
+    coordinates, robot = problem.outputs.of(domain.stance.name).coordinates, contacts.robot
+    joints = robot.coordinate_names
     accelerations = contacts.contact.component_units("m/s^2", "rad/s^2") * len(contacts.feet)
     return (
-        RowKind.DYNAMICS.labels((f"dynamics {name}" for name in joints), load_units(joints))
+        RowKind.DYNAMICS.labels((f"dynamics {name}" for name in joints), load_units(robot, joints))
         + RowKind.CONTACT.labels((f"contact {label}" for label in contacts.labels), accelerations)
-        + RowKind.OUTPUT.labels((f"output {name}" for name in coordinates), units(coordinates))
-        + RowKind.OUTPUT_RATE.labels((f"output {RATE}{name}" for name in coordinates), units(coordinates, "/s"))
+        + RowKind.OUTPUT.labels((f"output {name}" for name in coordinates), units(robot, coordinates))
+        + RowKind.OUTPUT_RATE.labels((f"output {RATE}{name}" for name in coordinates), units(robot, coordinates, "/s"))
         + RowKind.OUTPUT_ACCELERATION.labels(
-            (f"output {ACCELERATION}{name}" for name in coordinates), units(coordinates, "/s^2")
+            (f"output {ACCELERATION}{name}" for name in coordinates), units(robot, coordinates, "/s^2")
         )
         + RowKind.LAW.labels((f"law {problem.law.name} {i}" for i in range(laws)), "N m")
     )
@@ -163,7 +164,8 @@ def _law_rows(problem: GaitProblem, contacts: Contacts, q: ca.SX, v: ca.SX, u: c
     """
     torques, forces = contacts.torque_null_space(q)
     at = ca.SX.sym("q", contacts.robot.size)
-    sizes = ca.Function("sizes", [at], [ca.sqrt(ca.sum1(contacts.torque_null_space(at)[0] ** 2)).T])
+    basis = as_torques(contacts.robot, contacts.torque_null_space(at)[0])
+    sizes = ca.Function("sizes", [at], [ca.sqrt(ca.sum1(basis**2)).T])
     per = 1.0 / sizes(problem.posture.coordinates(contacts.robot))
     null_space = (torques @ ca.diag(per), forces @ ca.diag(per)) if per.numel() else (torques, forces)
     return ca.densify(problem.law.optimality_conditions(Redundancy.at(contacts, (q, v), (u, lam), null_space)))

@@ -8,55 +8,47 @@ follows from its size and weight, as in ``gait_problem``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from amble.errors import InputError, shown
 from amble.gait.constraints import REFERENCE_ORDER
 from amble.hybrid import ONE_BY_ONE
-from amble.io.quantities import parse_quantity
 from amble.io.reader import read_toml
 from amble.numerics.collocation import HERMITE_SIMPSON
+from amble.synthesis.quantity_types import (
+    Acceleration,
+    Angle,
+    AngleRange,
+    Angles,
+    AngularSpeed,
+    Damping,
+    Force,
+    Inertia,
+    JointDamping,
+    JointInertia,
+    JointLoad,
+    JointRange,
+    JointSpeed,
+    JointValue,
+    Length,
+    LengthRange,
+    Mass,
+    Pair,
+    Point,
+    PositionGain,
+    Ratio,
+    Speed,
+    SpeedRange,
+    TimeRange,
+    Torque,
+    VelocityGain,
+    parser,
+)
 from amble.synthesis.specification_faults import in_one_sentence, lacking
-
-
-def _parser(dimension: str) -> Callable[[Any], float]:
-    return lambda value: parse_quantity(value, dimension)
-
-
-def ordered(pair: list[float]) -> list[float]:
-    """Refuse a range whose ends are the wrong way round."""
-    if pair[0] > pair[1]:
-        raise ValueError(f"the lower end {pair[0]:g} lies above the upper end {pair[1]:g}")
-    return pair
-
-
-Length = Annotated[float, BeforeValidator(_parser("length"))]
-Angle = Annotated[float, BeforeValidator(_parser("angle"))]
-Time = Annotated[float, BeforeValidator(_parser("time"))]
-Speed = Annotated[float, BeforeValidator(_parser("speed"))]
-AngularSpeed = Annotated[float, BeforeValidator(_parser("angular speed"))]
-Acceleration = Annotated[float, BeforeValidator(_parser("acceleration"))]
-Force = Annotated[float, BeforeValidator(_parser("force"))]
-Torque = Annotated[float, BeforeValidator(_parser("torque"))]
-PositionGain = Annotated[float, BeforeValidator(_parser("position gain"))]
-VelocityGain = Annotated[float, BeforeValidator(_parser("velocity gain"))]
-Mass = Annotated[float, BeforeValidator(_parser("mass"))]
-Inertia = Annotated[float, BeforeValidator(_parser("inertia"))]
-Damping = Annotated[float, BeforeValidator(_parser("damping"))]
-JointValue = Annotated[float, BeforeValidator(_parser("angle or length"))]
-Ratio = Annotated[float, BeforeValidator(_parser("ratio"))]
-
-TimeRange = Annotated[list[Time], Field(min_length=2, max_length=2), AfterValidator(ordered)]
-SpeedRange = Annotated[list[Speed], Field(min_length=2, max_length=2), AfterValidator(ordered)]
-LengthRange = Annotated[list[Length], Field(min_length=2, max_length=2), AfterValidator(ordered)]
-AngleRange = Annotated[list[Angle], Field(min_length=2, max_length=2), AfterValidator(ordered)]
-Point = Annotated[list[Length], Field(min_length=3, max_length=3)]
-Angles = Annotated[list[Angle], Field(min_length=3, max_length=3)]
-Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
 
 
 class Section(BaseModel):
@@ -78,7 +70,8 @@ class RobotSection(Section):
 
     The suffix of a file's name tells its format where ``format`` does not. ``symmetrize`` averages left and right; a
     number does so for a mirrored gait, up to that asymmetry and with a notice. The keys after it adapt the robot of the
-    file (``amble.Adaptation``); one rotor inertia, damping or dry friction holds for all joints that are not named.
+    file (``amble.Adaptation``); one rotor inertia, damping or dry friction holds for all joints that turn and are not
+    named.
     """
 
     name: str | None = None
@@ -87,7 +80,7 @@ class RobotSection(Section):
     feet: dict[str, str] | None = None
     gravity: Acceleration = 9.81
     twins: list[Pair] | None = None
-    symmetrize: bool | Annotated[float, BeforeValidator(_parser("ratio")), Field(ge=0.0)] | None = None
+    symmetrize: bool | Annotated[float, BeforeValidator(parser("ratio")), Field(ge=0.0)] | None = None
     symmetry_tolerance: Ratio = Field(default=1e-9, ge=0.0)
     locked: dict[str, JointValue] = {}
     base: str | None = None
@@ -97,11 +90,11 @@ class RobotSection(Section):
     payload: PayloadSection | None = None
     file_drives: bool = True
     rotor_inertia: Inertia | None = None
-    rotor_inertias: dict[str, Inertia] = {}
+    rotor_inertias: dict[str, JointInertia] = {}
     damping: Damping | None = None
-    dampings: dict[str, Damping] = {}
+    dampings: dict[str, JointDamping] = {}
     dry_friction: Torque | None = None
-    dry_frictions: dict[str, Torque] = {}
+    dry_frictions: dict[str, JointLoad] = {}
     friction_width: AngularSpeed | None = None
     planar: bool = False
 
@@ -188,14 +181,17 @@ class ClearancesSection(Section):
 
 
 class MotorSection(Section):
-    """A motor's line of torque over speed, at the joint."""
+    """A motor's line of torque over speed, at the joint; of force over speed where it slides."""
 
-    stall_torque: Torque
-    no_load_speed: AngularSpeed
+    stall_torque: JointLoad
+    no_load_speed: JointSpeed
 
 
 class LimitsSection(Section):
-    """Bounds; ``duration``, ``torque``, ``speed`` and ``motor`` hold for all domains or joints not named themselves."""
+    """Bounds; ``duration`` holds for all domains not named themselves.
+
+    ``torque``, ``speed`` and ``motor`` hold for all joints that turn and are not named themselves.
+    """
 
     clearance: Length | None = None
     normal_force: Force | None = None
@@ -204,12 +200,12 @@ class LimitsSection(Section):
     duration: TimeRange | None = None
     durations: dict[str, TimeRange] = {}
     torque: Torque | None = None
-    torques: dict[str, Torque] = {}
+    torques: dict[str, JointLoad] = {}
     speed: AngularSpeed | None = None
-    speeds: dict[str, AngularSpeed] = {}
+    speeds: dict[str, JointSpeed] = {}
     acceleration: Acceleration | None = None
     base: BaseSection = BaseSection()
-    joints: dict[str, AngleRange] = {}
+    joints: dict[str, JointRange] = {}
     touchdown_velocity: TouchdownSection | None = None
     clearances: ClearancesSection | None = None
     motor: MotorSection | None = None
@@ -234,10 +230,10 @@ class ContactSection(Section):
 
 
 class PostureSection(Section):
-    """Where the solver starts: base height and joint angles."""
+    """Where the solver starts: base height and joint angles, or displacements."""
 
     height: Length
-    angles: dict[str, Angle]
+    angles: dict[str, JointValue]
 
 
 class SolverSection(Section):

@@ -18,6 +18,7 @@ from amble.gait.limits import Interval
 from amble.gait.style import Style  # noqa: F401  (registers it)
 from amble.hybrid import CONTACTS, GROUNDS, Contact, Footfall, GaitPattern, Ground, gait_pattern, stance_table
 from amble.hybrid.gaits import GAITS
+from amble.io.quantities import require_dimension
 from amble.robot import Adaptation, Payload, Robot, catalogue, load_robot
 from amble.robot.adaptation import BASE
 from amble.robot.catalogue import Posture
@@ -174,13 +175,15 @@ def _limits(section: LimitsSection, default: Limits, robot: Robot) -> Limits:
     common = default.durations if section.duration is None else dict.fromkeys(default.durations, section.duration)
     durations = _merged("domain", default.durations, common, section.durations)
     base = {name: _interval(pair) for name, pair in section.base if pair is not None}
+    _require_dimensions(section, robot)
     joints = {name: _interval(pair) for name, pair in section.joints.items()}
     names, landing = robot.joint_names, section.touchdown_velocity
+    turning = tuple(joint.name for joint in robot.joints if not joint.prismatic)
     return Limits(
         durations={name: _interval(pair) for name, pair in durations.items()},
         positions={**default.positions, **base, **_merged("joint", names, {}, joints)},
-        speeds=_merged("joint", names, _common(names, section.speed, default.speeds), section.speeds),
-        torques=_merged("joint", names, _common(names, section.torque, default.torques), section.torques),
+        speeds=_merged("joint", names, _common(turning, section.speed, default.speeds), section.speeds),
+        torques=_merged("joint", names, _common(turning, section.torque, default.torques), section.torques),
         acceleration=_given(section.acceleration, default.acceleration),
         touchdown_velocity=default.touchdown_velocity
         if landing is None
@@ -189,7 +192,7 @@ def _limits(section: LimitsSection, default: Limits, robot: Robot) -> Limits:
         clearance=_given(section.clearance, default.clearance),
         standing_force=_standing(section, default),
         clearances=_clearances(section.clearances),
-        motors=_motors(section, names),
+        motors=_motors(section, names, turning),
     )
 
 
@@ -200,8 +203,26 @@ def _clearances(section: ClearancesSection | None) -> Clearances | None:
     return Clearances(knees=section.knees, corners=section.corners, box=box, legs=section.legs)
 
 
-def _motors(section: LimitsSection, names: Sequence[str]) -> dict[str, Motor]:
-    common = {} if section.motor is None else dict.fromkeys(names, section.motor)
+def _require_dimensions(section: LimitsSection, robot: Robot) -> None:
+    """Refuse numbers of joints that turn with units of joints that slide, and the reverse."""
+    motors = dict(section.motors) if section.motor is None else {"": section.motor, **section.motors}
+    asked: list[tuple[str, Mapping[str, Any], tuple[str, str]]] = [
+        ("range", section.joints, ("angle", "length")),
+        ("speed", section.speeds, ("angular speed", "speed")),
+        ("torque limit", section.torques, ("torque", "force")),
+        ("stall_torque", {name: motor.stall_torque for name, motor in motors.items()}, ("torque", "force")),
+        ("no_load_speed", {name: motor.no_load_speed for name, motor in motors.items()}, ("angular speed", "speed")),
+    ]
+    sliding = [joint.name for joint in robot.joints if joint.prismatic]
+    for what, values, dimensions in asked:
+        for name, value in values.items():
+            said = f"{what} of '{name}'" if name else f"{what} of the motor"
+            for number in value if isinstance(value, list) else [value]:
+                require_dimension(number, dimensions[name in sliding], said)
+
+
+def _motors(section: LimitsSection, names: Sequence[str], turning: Sequence[str]) -> dict[str, Motor]:
+    common = {} if section.motor is None else dict.fromkeys(turning, section.motor)
     given = _merged("joint", names, common, section.motors)
     return {
         name: Motor(stall_torque=each.stall_torque, no_load_speed=each.no_load_speed) for name, each in given.items()
@@ -215,6 +236,8 @@ def _posture(section: PostureSection | None, robot: Robot) -> Posture:
     missing = [name for name in robot.joint_names if name not in angles]
     if missing:
         raise InputError(f"[posture] lacks the angle of {listed(missing)}")
+    for name, angle in angles.items():
+        require_dimension(angle, "length" if robot.joint(name).prismatic else "angle", f"posture of '{name}'")
     return Posture(section.height, angles)
 
 
@@ -230,8 +253,8 @@ def _merged(
 
 
 def _common(names: Iterable[str], given: float | None, default: Mapping[str, float]) -> Mapping[str, float]:
-    """One number for all joints where it is given, else the default of each that has one."""
-    return default if given is None else dict.fromkeys(names, given)
+    """The default of each joint that has one; where a number is given, it holds for some joints."""
+    return default if given is None else {**default, **dict.fromkeys(names, given)}
 
 
 def _standing(section: LimitsSection, default: Limits) -> float | None:

@@ -14,7 +14,7 @@ from amble.amounts import check_amount
 from amble.codegen import compiler
 from amble.codegen.cache import content_key, kept, writable_folder
 from amble.control import AllocationLaw
-from amble.errors import InputError, WorkError
+from amble.errors import InputError, WorkError, listed
 from amble.export import export_controller
 from amble.export.code import template
 from amble.gait import Gait
@@ -134,6 +134,9 @@ class Loop:
     def __init__(self, gait: Gait, law: AllocationLaw | None, confirm: float) -> None:
         if not gait.robot.base.in_space:
             raise InputError(f"MuJoCo walks robots in space; '{gait.robot.name}' moves in the plane of x and z")
+        sliding = [joint.name for joint in gait.robot.joints if joint.prismatic]
+        if sliding:
+            raise InputError(f"MuJoCo walks robots whose joints turn; these slide: {listed(sliding)}")
         self.gait = gait
         joints, feet = len(gait.robot.joints), len(gait.robot.feet)
         self._settings, self._outcome = _structures(joints, feet)

@@ -85,14 +85,17 @@ def mujoco_model(robot: Robot, plant: Plant) -> Any:
     grounds = _add_ground(mujoco, spec, plant)
     bodies = {0: spec.worldbody.add_body(name=robot.links[0].name, pos=[0.0, 0.0, 1.0])}
     bodies[0].add_freejoint(name="base")
+    hinge, slide = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
     for joint in _from_the_base(robot):
+        arm = float(robot.torque_arms[joint.child - 1])  # errors of the plant are those of torques
         body = bodies[joint.parent].add_body(
             name=robot.links[joint.child].name, pos=joint.translation, quat=_quaternion(mujoco, joint.rotation)
         )
         body.add_joint(
-            name=joint.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis,
-            armature=joint.rotor_inertia + plant.armature, damping=[joint.damping + plant.damping, 0.0, 0.0],
-            frictionloss=joint.dry_friction + plant.dry_friction,
+            name=joint.name, type=slide if joint.prismatic else hinge, axis=joint.axis,
+            armature=joint.rotor_inertia + plant.armature / arm**2,
+            damping=[joint.damping + plant.damping / arm**2, 0.0, 0.0],
+            frictionloss=joint.dry_friction + plant.dry_friction / arm,
         )  # fmt: skip
         bodies[joint.child] = body
         spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)

@@ -122,7 +122,8 @@ def _cost(gait: Gait, domains: list[SampledDomain], tolerance: float) -> list[Re
         difference = total / sum(domain.trajectory.duration for domain in domains) - gait.solver.objective
         name, scale = f"mean of the cost '{gait.cost.name}' less the solver's", 1.0 + abs(gait.solver.objective)
         return residuals("cost", [name], np.array([difference]), np.array([np.nan]), tolerance, scale)
-    work = sum(_integral(domain, np.sum(domain.motion.torques**2, axis=1)) for domain in domains)
+    arms = gait.robot.torque_arms
+    work = sum(_integral(domain, np.sum((arms * domain.motion.torques) ** 2, axis=1)) for domain in domains)
     found = np.sqrt(work / sum(domain.trajectory.duration for domain in domains))
     stated = np.sqrt(gait.solver.objective) if gait.solver.objective >= 0.0 else np.nan
     name = "root mean square of the torques less the solver's"
@@ -170,7 +171,7 @@ def _torque_rates(gait: Gait, domain: SampledDomain) -> float:
     weight, total = gait.cost.torque_rate(gait.robot), 0.0
     if not weight:
         return total
-    torques, times = domain.motion.torques[domain.nodes], domain.trajectory.times
+    torques, times = gait.robot.torque_arms * domain.motion.torques[domain.nodes], domain.trajectory.times
     inner = STAGES[domain.trajectory.scheme] - 1
     points, shares = np.polynomial.legendre.leggauss(inner)
     for first in range(0, len(times) - 1, inner):

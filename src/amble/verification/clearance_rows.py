@@ -55,8 +55,13 @@ class Frames:
         for j in robot.ordered_joints:
             joint = robot.joints[j]
             above, place = self._rotations[joint.parent], self._origins[joint.parent]
+            moved, values = above @ joint.rotation, spatial[:, 6 + j]
             self._origins[joint.child] = place + above @ joint.translation
-            self._rotations[joint.child] = above @ joint.rotation @ _about(joint.axis, spatial[:, 6 + j])
+            if joint.prismatic:
+                self._origins[joint.child] += (moved @ joint.axis) * values[:, None]
+            else:
+                moved = moved @ _about(joint.axis, values)
+            self._rotations[joint.child] = moved
 
     @classmethod
     def of(cls, robot: Robot, positions: Matrix) -> Frames:

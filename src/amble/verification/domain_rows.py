@@ -175,7 +175,7 @@ def _nodes(domain: SampledDomain, tolerance: float) -> list[Residual]:
             domain.motion.accelerations,
             least.accelerations,
         ),
-        ("torque", robot.joint_names, trajectory.torques, domain.motion.torques, least.torque),
+        ("torque", robot.joint_names, trajectory.torques, domain.motion.torques, least.torques),
         (
             "force",
             contacts.labels,
@@ -202,7 +202,7 @@ def _dynamics(domain: SampledDomain, tolerance: float) -> list[Residual]:
     names = [f"{domain.name} dynamics {name}" for name in domain.gait.robot.coordinate_names]
     least = sizes(domain.gait.robot)
     forces = of_contacts(domain.contacts, least.force, least.torque)
-    share = max(float(np.max(np.abs(part) / size, initial=0.0)) for part, size in ((u, least.torque), (lam, forces)))
+    share = max(float(np.max(np.abs(part) / size, initial=0.0)) for part, size in ((u, least.torques), (lam, forces)))
     scale = least.loads * (1.0 + share)
     return residuals("dynamics", names, balance, trajectory.times, tolerance, scale)
 
@@ -238,10 +238,12 @@ def _outputs(domain: SampledDomain, tolerance: float) -> list[Residual]:
     kinds = ("output", "output rate", "output dynamics")
     outputs, changes, answers = ([f"{domain.name} {kind} {name}" for name in coordinates] for kind in kinds)
     least = sizes(domain.gait.robot)
-    rates = size_of(trajectory.velocities, least.rates)[-1]
-    accelerations = size_of(trajectory.accelerations, least.accelerations)[-1]
+    robot = domain.gait.robot
+    places = [robot.coordinate_index(name) for name in coordinates]
+    rates = size_of(trajectory.velocities, least.rates)[places]
+    accelerations = size_of(trajectory.accelerations, least.accelerations)[places]
     return [
-        *residuals("output", outputs, value, times, tolerance),
+        *residuals("output", outputs, value, times, tolerance, least.positions[places]),
         *residuals("output", changes, rate, times, tolerance, rates),
         *residuals("output", answers, dynamics, trajectory.times, tolerance, accelerations),
     ]
@@ -253,5 +255,5 @@ def _law(domain: SampledDomain, tolerance: float) -> list[Residual]:
     at = terms(domain.contacts, domain.positions[nodes], domain.velocities[nodes])
     values = law_residuals(at, trajectory.torques, trajectory.forces, gait.law)
     names = [f"{domain.name} law {gait.law.name} {row}" for row in range(values.shape[1])]
-    scale = size_of(trajectory.torques, sizes(gait.robot).torque)
+    scale = size_of(gait.robot.torque_arms * trajectory.torques, sizes(gait.robot).torque)
     return residuals("law", names, values, trajectory.times, tolerance, scale)

@@ -117,6 +117,7 @@ class Sizes:
         accelerations: of their accelerations, (n_q,).
         force: N.
         torque: N m.
+        torques: of every joint, N m, or N of prismatic ones, (n_joints,).
         impulse: N s.
         loads: of the rows of the equations of motion, N and N m, (n_q,).
     """
@@ -126,6 +127,7 @@ class Sizes:
     accelerations: Vector
     force: float
     torque: float
+    torques: Vector
     impulse: float
     loads: Vector
 
@@ -152,6 +154,7 @@ def sizes(robot: Robot) -> Sizes:
         accelerations=frozen(ACCELERATION * gravity / length * positions),
         force=force,
         torque=force * length,
+        torques=frozen(force * length / robot.torque_arms),
         impulse=force * float(np.sqrt(length / gravity)),
         loads=frozen(force * length / positions),
     )

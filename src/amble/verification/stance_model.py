@@ -134,7 +134,8 @@ def _terms(contacts: Contacts) -> ca.Function:
 def smallest_torques(at: Terms, rows: Stack, commanded: Matrix) -> Motion:
     """Solve the motion in which the outputs accelerate as commanded, with the smallest torques.
 
-    Unknowns (a, u, lambda) of [D -B -J^T; J 0 0; Y 0 0; 0 N^T 0], solved as one dense system.
+    Unknowns (a, u, lambda) of [D -B -J^T; J 0 0; Y 0 0; 0 N^T 0], solved as one dense system; forces of
+    prismatic joints count as torques (``Robot.torque_arms``).
 
     Args:
         at: the terms.
@@ -154,7 +155,7 @@ def smallest_torques(at: Terms, rows: Stack, commanded: Matrix) -> Motion:
     system[:, :n, n + m :] = -np.swapaxes(J, 1, 2)
     system[:, n : n + c, :n] = J
     system[:, n + c : n + c + y, :n] = rows
-    system[:, n + c + y :, n : n + m] = np.swapaxes(N, 1, 2)
+    system[:, n + c + y :, n : n + m] = np.swapaxes(N, 1, 2) * at.contacts.robot.torque_arms**2
     right[:, :n], right[:, n : n + c] = -at.bias, -at.contact_bias
     right[:, n + c : n + c + y] = commanded
     try:
@@ -200,13 +201,14 @@ def _through_law(at: Terms, motion: Motion, law: AllocationLaw, method: str) -> 
         force_basis=W,
         speeds=speeds,
     )
+    arms = robot.torque_arms
     function = ca.Function("law", [u, N, lam, W, speeds, places], [ca.densify(getattr(law, method)(redundancy))])
     values = function.map(points)(
-        motion.torques.T,
-        at.torque_basis.transpose(1, 0, 2).reshape(joints, points * k),
+        (arms * motion.torques).T,
+        (arms[:, None] * at.torque_basis).transpose(1, 0, 2).reshape(joints, points * k),
         motion.forces.T,
         at.force_basis.transpose(1, 0, 2).reshape(contacts.size, points * k),
-        at.velocities[:, robot.base.size :].T,
+        (at.velocities[:, robot.base.size :] / arms).T,
         np.hstack([at.positions[:, at.foot(foot)] for foot in contacts.feet]).T,
     )
     return np.asarray(values).T.reshape(points, -1)

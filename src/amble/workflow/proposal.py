@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from amble.control.outputs import DomainOutputs
 from amble.gait.limits import Interval, Limits
 from amble.hybrid import SIMULTANEOUS, Plane
+from amble.io.quantities import Measured
 from amble.robot import Robot, catalogue
 from amble.robot.loading import proposed_twins
 from amble.robot.srdf import srdf_posture
@@ -83,7 +84,8 @@ def with_file_posture(specification: Specification) -> tuple[Specification, str]
     found = srdf_posture(robot_of(section, Path()), section.file)
     if found is None:
         return specification, ""
-    posture = PostureSection(height=found.posture.height, angles=dict(found.posture.angles))
+    angles = {name: Measured(value) for name, value in found.posture.angles.items()}
+    posture = PostureSection(height=found.posture.height, angles=angles)
     text = f"group state '{found.state}' of {found.file.name}"
     return specification.model_copy(update={"posture": posture}), text
 
@@ -138,7 +140,7 @@ def written(specification: Specification, problem: GaitProblem, folder: str | Pa
         "[posture]  # where the solver starts: a level base and the joints",
         f"height = {problem.posture.height!r}  # m",
         "",
-        "[posture.angles]  # rad",
+        f"[posture.angles]  # {_unit(robot, 'rad', 'm')}",
         *(f"{_key(name)} = {float(problem.posture.angles[name])!r}" for name in robot.joint_names),
         "",
         "[solver]",
@@ -170,6 +172,7 @@ def _robot(specification: Specification, robot: Robot, folder: str | Path) -> li
     ]
 
 
+ROTORS = {"rotor_inertias": "kg m^2 or kg", "dampings": "N m s/rad or N s/m", "dry_frictions": "N m or N"}
 EXAMPLES = {
     "base": '"trunk"  # link that is the base',
     "payload": "{ mass = 1.0, position = [0.0, 0.0, 0.1] }  # kg, m; link = a link's name, where it is not the base",
@@ -194,10 +197,7 @@ def _adaptation(section: RobotSection) -> list[str]:
         f"foot_radius = {section.foot_radius!r}  # m, of round feet",
         f"planar = {_value(section.planar)}  # whether the base moves in the plane of x and z alone",
         f"file_drives = {_value(section.file_drives)}  # whether the file's rotors, damping and dry friction are used",
-        *(
-            f"{key} = {_table(getattr(section, key))}  # joint = {unit}"
-            for key, unit in (("rotor_inertias", "kg m^2"), ("dampings", "N m s/rad"), ("dry_frictions", "N m"))
-        ),
+        *(f"{key} = {_table(getattr(section, key))}  # joint = {unit}" for key, unit in ROTORS.items()),
     ]
     for key, example in EXAMPLES.items():
         given = getattr(section, key)
@@ -241,7 +241,7 @@ def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
             if limits.standing_force is None
             else [f"standing_force = {limits.standing_force!r}  # N, of feet that stay"]
         ),
-        f"acceleration = {limits.acceleration!r}  # rad/s^2, of every angle; of x, y and z times the leg length",
+        f"acceleration = {limits.acceleration!r}  # rad/s^2, of every angle; of lengths times the leg length",
         f"node_margins = {str(problem.node_margins).lower()}  # margins of positions, accelerations and forces",
         "",
         "[limits.durations]  # of every domain, s",
@@ -250,13 +250,13 @@ def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
         "[limits.base]  # z above the ground, m; angles, rad",
         *_ranges({name: limits.positions[name] for name in BASE if name in limits.positions}),
         "",
-        "[limits.joints]  # rad",
+        f"[limits.joints]  # {_unit(robot, 'rad', 'm')}",
         *_ranges({name: limits.positions[name] for name in robot.joint_names if name in limits.positions}),
         "",
-        "[limits.speeds]  # rad/s",
+        f"[limits.speeds]  # {_unit(robot, 'rad/s', 'm/s')}",
         *_sizes(limits.speeds),
         "",
-        "[limits.torques]  # N m",
+        f"[limits.torques]  # {_unit(robot, 'N m', 'N')}",
         *_sizes(limits.torques),
         "",
         "[limits.touchdown_velocity]  # of a landing foot just before the impact: forward, to the left, upward, m/s",
@@ -272,6 +272,11 @@ def _limits(limits: Limits, problem: GaitProblem) -> list[str]:
         '# stall_torque = "40 N m"',
         '# no_load_speed = "30 rad/s"',
     ]
+
+
+def _unit(robot: Robot, turning: str, sliding: str) -> str:
+    """Return the unit of numbers of joints, as a comment."""
+    return f"{turning}; of joints that slide {sliding}" if any(j.prismatic for j in robot.joints) else turning
 
 
 def _left_out(robot: Robot, outputs: DomainOutputs) -> list[str]:

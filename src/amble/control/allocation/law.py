@@ -15,13 +15,15 @@ from amble.amounts import LARGEST_NUMBER
 from amble.errors import InputError, shown
 from amble.hybrid import Contacts
 from amble.robot import Joint, Robot
+from amble.robot.coordinate_units import as_torques, from_torques
 
 
 @dataclass(frozen=True, kw_only=True)
 class Redundancy:
     """All torques that realise one motion: u(s) = torques + torque_basis @ s, forces(s) = forces + force_basis @ s.
 
-    In the controller ``torques`` is the minimum-norm member; in the gait problem it is the variable itself.
+    In the controller ``torques`` is the minimum-norm member; in the gait problem it is the variable itself. Forces of
+    prismatic joints are torques at an arm of the leg length here, and their speeds turn it (``Robot.torque_arms``).
 
     Attributes:
         contacts: the stance feet on the ground, with the robot for names and limits.
@@ -54,7 +56,7 @@ class Redundancy:
         Args:
             contacts: the stance feet on the ground.
             state: coordinates and their rates, (n_q,) each.
-            particular: one torque, (n_joints,), N m, and the contact forces that go with it, (n_f,), N.
+            particular: one torque, (n_joints,), N m or N, and the contact forces that go with it, (n_f,), N.
             null_space: what ``Contacts.torque_null_space`` returns there, where it is at hand already.
         """
         q, v = state
@@ -62,16 +64,21 @@ class Redundancy:
         return cls(
             contacts=contacts,
             points=contacts.points(q),
-            torques=particular[0],
-            torque_basis=torque_basis,
+            torques=as_torques(contacts.robot, particular[0]),
+            torque_basis=as_torques(contacts.robot, torque_basis),
             forces=particular[1],
             force_basis=force_basis,
-            speeds=v[contacts.robot.size - len(contacts.robot.joints) :],
+            speeds=from_torques(contacts.robot, v[contacts.robot.size - len(contacts.robot.joints) :]),
         )
 
     def moved(self, s: ca.SX) -> Redundancy:
         """Return the same torques, seen from the member u(s)."""
         return replace(self, torques=self.torques + self.torque_basis @ s, forces=self.forces + self.force_basis @ s)
+
+    @property
+    def loads(self) -> ca.SX:
+        """The torques as the joints have them, N m, or N of prismatic ones, (n_joints,)."""
+        return from_torques(self.robot, self.torques)
 
     @property
     def robot(self) -> Robot:
@@ -183,15 +190,15 @@ def steered_joints(redundancy: Redundancy) -> list[int]:
 
 
 def effort_limits(redundancy: Redundancy, joints: Sequence[int]) -> ca.DM:
-    """Largest |torque| of some joints as the robot's description states it, N m.
+    """Largest |torque| of some joints as the robot's description states it, N m; forces as ``Redundancy`` has them.
 
     Raises:
         InputError: where a joint has no such limit.
     """
-    records = [redundancy.robot.joints[j] for j in joints]
+    records, arms = [redundancy.robot.joints[j] for j in joints], redundancy.robot.torque_arms
     for record in records:
         _require_effort(record)
-    return ca.DM([record.effort for record in records])
+    return ca.DM([record.effort * float(arms[j]) for j, record in zip(joints, records, strict=True)])
 
 
 def require_effort_limits(robot: Robot, feet: Sequence[str]) -> None:

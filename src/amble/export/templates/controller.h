@@ -6,7 +6,7 @@
  *
  * Sensors: the whole state, that is joint angles and rates, the base's place, attitude and their rates, one contact flag
  * a foot that does not bounce, and a clock.
- * Units: s, rad, m, N m, N. q = (x, y, z, roll, pitch, yaw, joints), R = Rx(roll) Ry(pitch) Rz(yaw); qd = dq/dt.
+ * Units: s, rad, m, N m, N; joints that slide have m and N. q = (x, y, z, roll, pitch, yaw, joints), R = Rx(roll) Ry(pitch) Rz(yaw); qd = dq/dt.
  * Joints: @JOINTS@.
  * Feet: @FEET@.
  *
@@ -61,7 +61,7 @@ enum {
   AMBLE_FALLBACK = 368   /* any of the four */
 };
 
-/* Joint damping of the fallback, N m s/rad. */
+/* Joint damping of the fallback, N m s/rad, or N s/m of joints that slide. */
 #define AMBLE_DAMPING @DAMPING@
 
 typedef struct {

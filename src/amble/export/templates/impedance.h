@@ -5,7 +5,8 @@
  * struct.
  *
  * Sensors: joint angles, joint rates and one contact flag a foot; neither the base nor a clock is read.
- * Units: s, rad, rad/s, N m, N m/rad, N m s/rad; AMBLE_REAL is double, with -DAMBLE_FLOAT float.
+ * Units: s, rad, rad/s, N m, N m/rad, N m s/rad; of joints that slide m, m/s, N, N/m, N s/m. AMBLE_REAL is double,
+ * with -DAMBLE_FLOAT float.
  * Joints, in the order of all arrays, positive as in the robot's description: @JOINTS@.
  * Feet: @FEET@.
  *

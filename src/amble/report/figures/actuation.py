@@ -104,13 +104,13 @@ def _column(motion: Motion, joint: str) -> int:
 
 def _limits(axes: Axes, robot: Robot, name: str) -> None:
     """Mark the limits of a joint that the motion comes near: the view stays with the motion."""
-    joint = robot.joints[robot.joint_index(name)]
+    joint, arm = robot.joint(name), float(robot.torque_arms[robot.joint_index(name)])
     low, high, left, right = *axes.get_ylim(), *axes.get_xlim()
     for sign in (-1.0, 1.0):
-        if isfinite(joint.effort) and low <= sign * joint.effort <= high:
-            axes.axhline(sign * joint.effort, color=GREY, linewidth=0.8, linestyle=":")
-        if isfinite(joint.velocity) and left <= sign * joint.velocity <= right:
-            axes.axvline(sign * joint.velocity, color=GREY, linewidth=0.8, linestyle=":")
+        if isfinite(joint.effort) and low <= sign * joint.effort * arm <= high:
+            axes.axhline(sign * joint.effort * arm, color=GREY, linewidth=0.8, linestyle=":")
+        if isfinite(joint.velocity) and left <= sign * joint.velocity / arm <= right:
+            axes.axvline(sign * joint.velocity / arm, color=GREY, linewidth=0.8, linestyle=":")
 
 
 def _mean(motion: Motion, power: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from amble.report.figures.style import (
     with_gaps,
 )
 from amble.robot import Robot
+from amble.robot.coordinate_units import unit_of
 from amble.types import IntegerVector
 
 if TYPE_CHECKING:
@@ -35,13 +36,13 @@ COORDINATES = ("z", "roll", "pitch", "yaw")
 """x and y are no orbits, by design."""
 
 
-def axis_labels(name: str) -> tuple[str, str]:
-    """Label of a coordinate and of its rate, with units."""
+def axis_labels(name: str, unit: str = "rad") -> tuple[str, str]:
+    """Label of a coordinate and of its rate, with units; that of a joint is given."""
     if name in ("x", "y", "z"):
         return f"${name}$ (m)", rf"$\dot{{{name}}}$ (m/s)"
     if name in SYMBOLS:
         return f"{name} ${SYMBOLS[name]}$ (rad)", rf"$\dot{{{SYMBOLS[name]}}}$ (rad/s)"
-    return f"{plain_text(name.replace('_', ' '))} (rad)", "rate (rad/s)"
+    return f"{plain_text(name.replace('_', ' '))} ({unit})", f"rate ({unit}/s)"
 
 
 def draw_portrait(axes: Axes, name: str, optimised: Samples, simulated: Samples) -> None:
@@ -63,7 +64,7 @@ def draw_portrait(axes: Axes, name: str, optimised: Samples, simulated: Samples)
         )
     value, rate = simulated.coordinate(name)
     axes.plot(value[:1], rate[:1], "o", color=RED, markersize=3.5, label="initial value", zorder=5)
-    horizontal, vertical = axis_labels(name)
+    horizontal, vertical = axis_labels(name, unit_of(optimised.robot, name))
     axes.set_xlabel(horizontal)
     axes.set_ylabel(vertical)
 
@@ -144,7 +145,7 @@ def cycle_portraits(simulated: Samples, shown: int = 24, figure: Figure | None =
         for here, name in places:
             value, rate = simulated.coordinate(name)
             here.plot(value[:1], rate[:1], "o", color=RED, markersize=3.5, zorder=1000)
-            horizontal, vertical = axis_labels(name)
+            horizontal, vertical = axis_labels(name, unit_of(simulated.robot, name))
             here.set_xlabel(horizontal)
             here.set_ylabel(vertical)
             here.locator_params(axis="x", nbins=3)

@@ -15,20 +15,8 @@ from amble.hybrid import Plane
 from amble.io.quantities import parse_quantity
 from amble.io.reader import read_toml
 from amble.synthesis.problem import GaitProblem
-from amble.synthesis.specification import (
-    Angle,
-    AngularSpeed,
-    Length,
-    Mass,
-    Ratio,
-    Section,
-    Specification,
-    Speed,
-    Time,
-    ordered,
-    specification_of,
-    validated,
-)
+from amble.synthesis.quantity_types import Angle, AngularSpeed, Length, Mass, Ratio, Speed, Time, ordered
+from amble.synthesis.specification import Section, Specification, specification_of, validated
 from amble.synthesis.specified import problem_of
 from amble.types import Json
 from amble.workflow.library.grid import Grid

@@ -1,0 +1,131 @@
+"""A quadruped on telescopic legs: its gait in N and m, the same at every size, checked, stabilised and walked."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import amble
+from amble.errors import InputError
+from amble.gait import Gait
+from amble.gait.files import load_gait, save_gait
+from amble.gait.style import Style
+from amble.robot import Robot
+from amble.synthesis import gait_problem, synthesize
+from amble.synthesis.specification import specification_of
+from amble.synthesis.specified import problem_of
+from amble.verification.check import check
+from tests.similar import similar_robot
+from tests.sliding import FEET, telescopic, telescopic_urdf
+
+SLIDES = [2, 5, 8, 11]
+
+
+@pytest.fixture(autouse=True)
+def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every robot is code of its own; compiling it takes longer than the little that is run of it."""
+    monkeypatch.setenv("AMBLE_COMPILER", "none")
+
+
+def solved(robot: Robot, intervals: int = 2) -> Gait:
+    speed = 0.15 * np.sqrt(robot.gravity * robot.leg_length)
+    return synthesize(gait_problem(robot, "trot", speed=speed, intervals=intervals))
+
+
+@pytest.fixture(scope="module")
+def gait() -> Gait:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMBLE_COMPILER", "none")
+        return solved(telescopic())
+
+
+def test_forces_cost_what_they_would_at_the_leg_length(gait: Gait, tmp_path: Path) -> None:
+    """The mean of the squares by the scheme's own quadrature, Simpson's rule; a file in N and m comes back equal."""
+    robot, (motion,) = gait.robot, gait.domains
+    squares = np.sum((motion.torques * np.where(np.isin(range(12), SLIDES), robot.leg_length, 1.0)) ** 2, axis=1)
+    assert np.array([1.0, 4.0, 2.0, 4.0, 1.0]) @ squares / 12.0 == pytest.approx(gait.solver.objective, rel=1e-9)
+    assert np.abs(motion.torques[:, SLIDES]).max() > 0.2 * robot.mass * robot.gravity  # two feet carry the robot
+    assert gait.limits.accelerations(robot)["fl_slide"] == pytest.approx(18.0 * robot.gravity)
+    assert "largest force of a joint" in gait._repr_html_()
+    save_gait(gait, tmp_path / "gait.json")
+    save_gait(load_gait(tmp_path / "gait.json"), tmp_path / "again.json")
+    entry = (tmp_path / "gait.json").read_text()
+    assert (tmp_path / "again.json").read_text() == entry
+    assert '"N m", "N m", "N"' in entry
+    turned = re.sub(r'"kind": "prismatic",\s*', "", entry, count=1)
+    (tmp_path / "turned.json").write_text(turned)
+    with pytest.raises(InputError, match="range has the unit 'm', not 'rad'"):
+        load_gait(tmp_path / "turned.json")
+
+
+@pytest.mark.slow
+def test_similar_robots_walk_alike(gait: Gait) -> None:
+    """Every digit where factors are powers of two, the optimum where they are not."""
+    unit = (gait.robot.mass * gait.robot.gravity * gait.robot.leg_length) ** 2
+    for length, mass, exact in ((4.0**-3, 2.0**-13, True), (4.0**2, 2.0**7, True), (2.7, 31.0, False)):
+        other = solved(similar_robot(gait.robot, mass, length))
+        found = other.solver.objective / (other.robot.mass * other.robot.gravity * other.robot.leg_length) ** 2
+        assert found == pytest.approx(gait.solver.objective / unit, rel=0.0 if exact else 1e-8)
+        if exact:
+            assert other.solver.iterations == gait.solver.iterations
+            assert other.solver.violation == gait.solver.violation
+
+
+def specified(limits: dict[str, Any], folder: Path, robot: dict[str, Any] | None = None) -> Any:
+    (folder / "telescopic.urdf").write_text(telescopic_urdf())
+    section = {"file": "telescopic.urdf", "feet": FEET, **(robot or {})}
+    tree = {"robot": section, "gait": {"name": "trot", "speed": 0.3}, "limits": limits}
+    return problem_of(specification_of(tree, "trot.toml"), folder)
+
+
+def test_limits_have_the_units_of_their_joints(tmp_path: Path) -> None:
+    limits = specified(
+        {
+            "joints": {"fl_slide": ["20 mm", "0.15 m"], "fl_roll": ["-30 deg", 0.5]},
+            "torque": "20 N m",
+            "torques": {"fl_slide": "0.1 kN"},
+            "speeds": {"fl_slide": "80 cm/s"},
+            "motors": {"fl_slide": {"stall_torque": "120 N", "no_load_speed": "3 m/s"}},
+        },
+        tmp_path,
+    ).limits
+    assert limits.positions["fl_slide"] == (0.02, 0.15)
+    assert (limits.torques["fl_slide"], limits.torques["fr_slide"], limits.torques["fr_roll"]) == (100.0, 150.0, 20.0)
+    assert limits.speeds["fl_slide"] == pytest.approx(0.8)
+    assert (limits.motors["fl_slide"].stall_torque, limits.motors["fl_slide"].no_load_speed) == (120.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("limits", "robot", "says"),
+    [
+        ({"joints": {"fl_slide": ["2 deg", 0.15]}}, {}, "range of 'fl_slide' has a unit for a quantity of angle"),
+        (
+            {"torques": {"fl_roll": "20 N"}},
+            {},
+            r"torque limit of 'fl_roll' .* of force; it is one of torque \(N m,",
+        ),
+        ({"motor": {"stall_torque": "9 N", "no_load_speed": 3.0}}, {}, "stall_torque of the motor has a unit .* force"),
+        ({}, {"locked": {"fl_slide": "3 deg"}}, "locked joint 'fl_slide' has a unit for a quantity of angle"),
+        ({}, {"dampings": {"fl_slide": "3 N m s/rad"}}, "damping of 'fl_slide' .*; it is one of linear damping"),
+        ({}, {"rotor_inertias": {"fl_roll": "3 kg"}}, "rotor_inertia of 'fl_roll' .* of mass; it is one of inertia"),
+    ],
+)
+def test_units_of_the_other_kind_are_refused(
+    limits: dict[str, Any], robot: dict[str, Any], says: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=says):
+        specified(limits, tmp_path, robot)
+
+
+@pytest.mark.slow
+def test_a_trot_on_telescopic_legs_is_certified_and_walks() -> None:
+    problem = gait_problem(telescopic(), "trot", speed=0.4, cost=Style(attitude=10.0, posture=0.1))
+    found = synthesize(problem)
+    assert not check(found).failed
+    stable = amble.stabilize(found).gait
+    assert not check(stable).failed
+    assert amble.certify(stable).certified
