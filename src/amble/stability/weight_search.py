@@ -300,11 +300,10 @@ def _require(gait: Gait, free: Sequence[str]) -> None:
 def _weighting(gait: Gait, feedback: Feedback, free: Sequence[str]) -> Weighting:
     names = controllable(gait.robot)
     columns = [names.index(coordinate) for coordinate in free]
-    units, masks, sizes = natural_units(gait.robot, gait.robot.leg_length), {}, {}
+    units = dict(zip(gait.robot.coordinate_names, natural_units(gait.robot, gait.robot.leg_length), strict=False))
+    masks, sizes = {}, {}
     for name, matrix in feedback.weights.items():
-        outputs = [gait.robot.coordinate_index(one) for one in gait.outputs.of(name).coordinates]
-        observed = [gait.robot.coordinate_index(one) for one in names]
-        sizes[name] = units[outputs][:, None] / units[observed]
+        sizes[name] = np.array([[units[y] / units[a] for a in names] for y in gait.outputs.of(name).coordinates])
         masks[name] = np.zeros(matrix.shape, dtype=np.bool_)
         masks[name][:, columns] = True
     packed = {name: loop_parameters(gait, name) for name in masks}
