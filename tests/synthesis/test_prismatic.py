@@ -126,6 +126,7 @@ def test_a_trot_on_telescopic_legs_is_certified_and_walks() -> None:
     problem = gait_problem(telescopic(), "trot", speed=0.4, cost=Style(attitude=10.0, posture=0.1))
     found = synthesize(problem)
     assert not check(found).failed
-    stable = amble.stabilize(found).gait
+    stable = amble.stabilize(found)
     assert not check(stable).failed
-    assert amble.certify(stable).certified
+    certificate = amble.certify(stable)  # raises where it cannot speak for the gait
+    assert certificate.radius < 0.95
