@@ -63,13 +63,13 @@ def _vectors(schedule: Schedule, lowest: Sequence[float], highest: Sequence[floa
     """At the gaits at both ends of all axes, and in steps from one drawn command to another."""
     generator, lines, peak = np.random.default_rng(SEED), list[str](), 0.0
     drawn = [[generator.uniform(lowest, highest).tolist() for _ in range(2)] for _ in range(INSIDE)]
-    joints = len(schedule.gait.robot.joints)
+    arms = schedule.gait.robot.torque_arms
     for before, after in ([lowest, lowest], [highest, highest], *drawn):
         law = ramped(schedule, before, after)
         laws = [entry.parameters for entry in (*law.entries, *law.between.values())]
 
         def table(place: int, clock: float, laws: Sequence[Vector] = laws) -> DomainTable:
-            return DomainTable.of(at_clock(laws[place], clock), joints, planned(laws[place]))
+            return DomainTable.of(at_clock(laws[place], clock), arms, planned(laws[place]))
 
         largest, more = vectors(schedule.gait, table, generator, [*before, *after])
         peak, lines = max(peak, largest), lines + more
