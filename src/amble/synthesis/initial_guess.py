@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -214,11 +215,7 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
         feet: wanted positions in the robot's foot order, (n, 3 n_feet), m.
     """
     nodes = base.shape[0]
-    q = ca.SX.sym("q", robot.size)
-    positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names])
-    jacobian = ca.densify(ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in robot.foot_names]))
-    jacobian = jacobian[:, robot.base.size :]
-    function = ca.Function("feet", [q], [positions, jacobian]).map(nodes)
+    function = _feet(robot).map(nodes)
     motion = np.hstack([base, np.tile(joints, (nodes, 1))])
     sizes = RobotUnits.of(robot)
     units, damping = np.array([sizes.size(joint.unit) for joint in robot.joints]), DAMPING * sizes.length
@@ -229,6 +226,15 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
         step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ (feet - where.T)[:, :, None])
         motion[:, robot.base.size :] += units * step[:, :, 0]
     return motion
+
+
+@lru_cache(maxsize=16)
+def _feet(robot: Robot) -> ca.Function:
+    """q -> positions of all feet, and their derivatives in the joints."""
+    q = ca.SX.sym("q", robot.size)
+    positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names])
+    jacobian = ca.densify(ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in robot.foot_names]))
+    return ca.Function("feet", [q], [positions, jacobian[:, robot.base.size :]])
 
 
 def _smooth(problem: GaitProblem, domain: DomainLayout, T: float, motion: NodeValues) -> tuple[Matrix, ...]:
