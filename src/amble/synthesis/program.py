@@ -17,6 +17,7 @@ from amble.errors import NotSolvedError
 from amble.numerics.collocation import HERMITE_SIMPSON
 from amble.residual import Residual
 from amble.synthesis.assembly import Program, assemble
+from amble.synthesis.between_nodes import between_nodes
 from amble.synthesis.block import Block
 from amble.synthesis.form import Form
 from amble.synthesis.landing_rows import landing_blocks
@@ -142,6 +143,7 @@ def _blocks(problem: GaitProblem, layout: Layout) -> list[Block]:
         blocks += [
             node_block(problem, layout, domain),
             defect_block(problem, layout, domain),
+            *between_nodes(problem, domain),
             switch_block(problem, layout, number),
             *landing_blocks(problem, layout, number),
         ]

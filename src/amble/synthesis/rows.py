@@ -29,6 +29,7 @@ class RowKind(StrEnum):
     TORQUE_SPEED = "torque over speed"
     PHASE_RATE = "phase rate"
     PHASE = "phase"
+    BETWEEN_NODES = "between nodes"
     DEFECT = "defect"
     CONTINUITY = "continuity"
     IMPACT = "impact"
