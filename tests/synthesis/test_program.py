@@ -93,6 +93,7 @@ def test_every_row_has_a_kind_of_its_own_sort(small_program: GaitProgram) -> Non
         RowKind.LIFT_OFF: 0,
         RowKind.PHASE_RATE: 0,  # time needs neither
         RowKind.PHASE: 0,
+        RowKind.BETWEEN_NODES: 0,  # the default scheme has none
         RowKind.DEFECT: intervals * 4 * free,
         RowKind.CONTINUITY: 2 * robot.size,
         RowKind.IMPACT: 2 * (robot.size + 6),

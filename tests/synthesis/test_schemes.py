@@ -38,10 +38,9 @@ def gait(problem: GaitProblem) -> Gait:
 
 
 def test_the_motion_is_followed_between_the_nodes(gait: Gait) -> None:
-    """What is no limit holds, the cost on the grid too; limits are held at nodes that are far apart."""
+    """By all that the check looks at, limits among them; cost and motion are better than a mesh of as many nodes."""
     report = check(gait)
-    held = [row for row in report.rows if row.slack == 0.0]
-    assert all(row.passed for row in held)
+    assert report.passed
     assert abs(report.worst["motion"].value) < 2e-7  # Hermite-Simpson with as many nodes: 1e-5
     assert gait.solver.linear_solver == "structured"
 

@@ -28,7 +28,7 @@ WIDEST = 1.0 / 40.0
 def between_nodes(problem: GaitProblem, domain: DomainLayout) -> list[Block]:
     """Bound accelerations between the nodes; nothing on Hermite-Simpson, whose mesh is refined where that is needed.
 
-    Nothing either where there is no limit, or where the curves run over the configuration, which is known at nodes only.
+    Nothing either where there is no limit, or where curves run over the configuration, which is known at nodes only.
     """
     instants = instants_between(domain.phases)
     limits = problem.limits.accelerations(problem.pattern.robot)

@@ -230,7 +230,7 @@ def inverse_kinematics(robot: Robot, base: NodeValues, joints: Vector, feet: Nod
 
 @lru_cache(maxsize=16)
 def _feet(robot: Robot) -> ca.Function:
-    """q -> positions of all feet, and their derivatives in the joints."""
+    """Q -> positions of all feet, and their derivatives in the joints."""
     q = ca.SX.sym("q", robot.size)
     positions = ca.vertcat(*[kinematics.foot_position(robot, foot, q) for foot in robot.foot_names])
     jacobian = ca.densify(ca.vertcat(*[kinematics.foot_jacobian(robot, foot, q) for foot in robot.foot_names]))
