@@ -32,8 +32,9 @@ RELEASE = 0.001
 """Least speed of a released foot away from the ground, as a share of sqrt(g l): from a start beside the orbit a slower
 one would touch the ground at once."""
 
-INTERVALS = {HERMITE_SIMPSON: 15, "lobatto-5": 5, "lobatto-7": 4}
-"""Scheme -> intervals of a domain by default (docs/decisions.md, "Higher-order meshes")."""
+INTERVALS = {HERMITE_SIMPSON: 15, "lobatto-5": 6, "lobatto-7": 5}
+"""Scheme -> intervals of a domain by default: the objective of ASTRo's amble is as accurate on each (docs/decisions.md,
+"Higher-order meshes")."""
 
 LARGEST_AVERAGED = 0.05
 """Largest relative asymmetry that is averaged unasked; real files have 1e-4 to 0.2."""
