@@ -19,6 +19,7 @@ from amble.io.quantities import UNITS, parse_quantity
 from amble.robot import catalogue, load_robot, symmetrized
 from amble.robot.mirror import AsymmetryError
 from amble.synthesis import GaitProblem, gait_problem
+from amble.synthesis.problem import INTERVALS
 from amble.synthesis.specification import read_specification
 from amble.synthesis.specified import problem_of
 from tests.robots import path
@@ -241,6 +242,11 @@ WRONG = {
     "order above what is compiled": ("[limits]", "[outputs]\norder = 15\n[limits]", "less than or equal to 14"),
     "order below what meets both ends": ("[limits]", "[outputs]\norder = 2\n[limits]", "greater than or equal to 3"),
     "endless order": ("[limits]", f"[outputs]\norder = {10**30}\n[limits]", "'outputs.order': input should be less"),
+    "scheme": (
+        "[limits]",
+        '[solver]\nscheme = "radau"\n[limits]',
+        "unknown collocation scheme 'radau'; known: hermite-",
+    ),
     "endless mesh": ("[limits]", f"[solver]\nintervals = {10**9}\n[limits]", "'solver.intervals': input should be"),
     "line break in a key": ("[limits]", '[limits]\n"a\\nb" = 1', r"unknown key in \[limits\] .* 'a\\nb'"),
     "line break in a name": ("[limits]", '[limits]\njoints = { "a\\nb" = 1 }', r"'limits.joints.a\\nb'"),
@@ -380,3 +386,11 @@ def test_duty_factors_are_a_way_to_write_a_table(tmp_path: Path) -> None:
         problem(tmp_path, FOOTFALLS + falls.replace("0.875", "1.5"))
     with pytest.raises(InputError, match=r"one of name, stances \(a table\) and footfalls"):
         problem(tmp_path, FOOTFALLS.replace("mirrored = true", 'name = "trot"') + falls)
+
+
+def test_a_scheme_has_its_intervals_where_none_are_asked_for(tmp_path: Path) -> None:
+    asked = problem(tmp_path, SMALLEST + '[solver]\nscheme = "lobatto-7"\nintervals = 3\n')
+    assert (asked.scheme, asked.intervals) == ("lobatto-7", 3)
+    default = problem(tmp_path, SMALLEST + '[solver]\nscheme = "lobatto-5"\n')
+    assert (default.scheme, default.intervals) == ("lobatto-5", INTERVALS["lobatto-5"])
+    assert problem(tmp_path, SMALLEST).intervals == INTERVALS["hermite-simpson"] == 15

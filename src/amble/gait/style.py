@@ -38,7 +38,7 @@ class Style(Cost):
         attitude: on tau^2 (roll^2 + pitch^2) of the base.
         posture: on tau^2 |q - q*|^2 of the joints.
         swing_height: on tau^2 sum (height / l)^2 of the feet in the air, above the ground.
-        effort_rate: on |du/dt|^2 l / g, where u goes through an interval's three nodes as a parabola.
+        effort_rate: on |du/dt|^2 l / g, where u goes through an interval's nodes as one polynomial.
         angles: q*, joint -> rad, or m; those of the robot's nominal posture where a joint is not named.
 
     Raises:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from amble.io.quantities import units
 from amble.names import identifier
 from amble.numerics.bezier import bezier
 from amble.numerics.collocation import HERMITE_SIMPSON
+from amble.robot.coordinate_units import units
 from amble.robot.parts import ACCELERATION
 from amble.synthesis.block import Block
 from amble.synthesis.layout import MARGIN, DomainLayout
@@ -31,13 +31,14 @@ def between_nodes(problem: GaitProblem, domain: DomainLayout) -> list[Block]:
     Nothing either where there is no limit, or where curves run over the configuration, which is known at nodes only.
     """
     instants = instants_between(domain.phases)
-    limits = problem.limits.accelerations(problem.pattern.robot)
-    names = [problem.pattern.robot.coordinate_names[k] for k in output_indices(problem, domain)]
+    robot = problem.pattern.robot
+    limits = problem.limits.accelerations(robot)
+    names = [robot.coordinate_names[k] for k in output_indices(problem, domain)]
     most = np.array([limits[name] for name in names])
     if problem.scheme == HERMITE_SIMPSON or not instants.size or not np.isfinite(most).any():
         return []
     T, share, numbers = ca.SX.sym("T"), ca.SX.sym("share"), ca.SX.sym("phase_numbers", domain.phase_numbers.size)
-    q, v = (ca.SX.sym(letter, problem.pattern.robot.size) for letter in "qv")
+    q, v = (ca.SX.sym(letter, robot.size) for letter in "qv")
     phase = domain_phase(problem, domain).rates(share, T, q, v, numbers)
     if phase.by_state:
         return []
@@ -52,7 +53,9 @@ def between_nodes(problem: GaitProblem, domain: DomainLayout) -> list[Block]:
         parameters=ProgramParameters.symbols().packed(),
         rows=curvature * phase.rate**2 + slope * phase.bias,
         cost=ca.SX(1, 1),
-        labels=tuple(RowKind.BETWEEN_NODES.labels((f"{ACCELERATION}{name}" for name in names), units(names, "/s^2"))),
+        labels=tuple(
+            RowKind.BETWEEN_NODES.labels((f"{ACCELERATION}{name}" for name in names), units(robot, names, "/s^2"))
+        ),
         columns=np.tile(common, (instants.size, 1)),
         values=instants[:, None],
         places=tuple(f"{domain.stance.name} at {at:.3f} of its duration" for at in instants),
