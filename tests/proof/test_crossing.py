@@ -27,7 +27,7 @@ def clocked(rate: ca.SX | float, after: ca.SX | float) -> HybridSystem:
         (0, 0.5 * SIZE + 1, 0.5, 64),
         (0, 0.5 * SIZE + 1, 0.5, 300),  # stands still: tube and hull are one ball
         (SIZE, 0.125 * SIZE, 0.125 * np.e, 128),
-        (-9 * SIZE, SIZE + 1, np.exp(-9.0), 128),  # contracts
+        (-3 * SIZE, SIZE + 1, np.exp(-3.0), 128),  # contracts
         (1e3 * (T - 1), 0.5 * SIZE, 0.5, 128),  # no rate where the centre crosses, a steep one beside it
         (0, 3.0, 0.0, 128),  # exact
     ],
