@@ -10,7 +10,7 @@ import pytest
 from amble.errors import CertificateError, InputError
 from amble.hybrid import Domain, HybridSystem, Transition
 from amble.residual import Residual
-from amble.stability import assess, certify, difference_check, fixed_point
+from amble.stability import assess, certify, difference_check, fixed_point, poincare
 from amble.stability.certificate import row_to_dict
 from tests.hybrids import travelling
 
@@ -92,7 +92,7 @@ def test_a_certificate_tells_what_it_computes(state: np.ndarray) -> None:
     told: list[str] = []
     certify(travelling(0.7, -1), state, progress=lambda report: told.append(str(report)))
     assert told[:3] == [f"variational equations, tolerance {tolerance:g}" for tolerance in (1e-8, 1e-10, 1e-12)]
-    assert told[3] == "differences, step 0.001, state 1 of 5"
+    assert told[3] == "differences, step 0.0001, state 1 of 5"  # whether a larger one is worth it is seen from this one
 
 
 def test_a_state_that_is_not_a_fixed_point_is_refused(state: np.ndarray) -> None:
@@ -119,8 +119,23 @@ def test_a_sweep_takes_two_steps(state: np.ndarray, steps: tuple[float, ...]) ->
 
 def test_steps_that_do_not_come_back_are_skipped(state: np.ndarray) -> None:
     found = difference_check(travelling(0.7, -1), state, (2.0, 1e-4, 1e-5), time_limit=2.0)
-    assert found.sweep[0][1] == np.inf
+    assert (found.step, len(found.sweep)) == (1e-5, 1)
+    found = difference_check(travelling(0.7, -1), state, (2.5, 2.0, 1e-4, 1e-5), time_limit=2.0)
+    assert [distance for _, distance in found.sweep[:2]] == [np.inf, np.inf]
     assert found.step == 1e-5
+
+
+def test_a_first_step_that_is_too_large_is_left_out(state: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of its columns shows that the sweep comes to the same without it; one that agrees is taken."""
+    steps, system = (0.1, 1e-4, 1e-5), travelling(0.7, -1)
+    found = difference_check(system, state, steps)
+    agreeing = difference_check(system, state, (1e-3, 1e-4, 1e-5))
+    monkeypatch.setattr(poincare, "_useless", lambda *_: False)
+    whole = difference_check(system, state, steps)
+    assert found.sweep == whole.sweep[1:]
+    assert found.step == whole.step
+    assert np.array_equal(found.matrix, whole.matrix)
+    assert agreeing.sweep == difference_check(system, state, (1e-3, 1e-4, 1e-5)).sweep
 
 
 def test_a_step_that_did_not_come_back_is_written_as_none(state: np.ndarray) -> None:

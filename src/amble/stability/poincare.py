@@ -13,6 +13,7 @@ or nothing is left to gain.
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -118,8 +119,8 @@ class Differences:
         matrix: the best of the sweep, (n_x, n_x).
         step: its step.
         disagreement: |best - its neighbour in the sweep| (2-norm): an estimate of the error of ``matrix``, no bound.
-        sweep: (step, 2-norm distance to the matrix of the next step) for all steps taken but the last; infinite where
-            the motion from a perturbed state did not come back.
+        sweep: (step, 2-norm distance to the matrix of the next step) for all steps taken but the last, less the first
+            where one column shows that it is too large; infinite where a perturbed motion did not come back.
     """
 
     matrix: Matrix
@@ -163,29 +164,64 @@ def difference_check(
         raise InputError(missing)
 
     images = _images(system, tolerance, time_limit, cycles, max_step)
-    matrices: list[Matrix | None] = []
-    distances: list[float] = []
-    reason = ""
-    for step in ordered:
+
+    @functools.cache
+    def differences(step: float) -> Matrix | FallError:
         try:
-            matrices.append(_central(images, state, step, progress))
+            return _central(images, state, step, progress)
         except FallError as error:
-            matrices.append(None)
-            reason = str(error)
+            return error
+
+    taken = ordered[1:] if _useless(differences, images, state, ordered) else ordered
+    matrices, distances = _swept(differences, taken)
+    best = int(np.argmin(distances))
+    matrix = matrices[best + 1]
+    if isinstance(matrix, FallError) or not np.isfinite(distances[best]):
+        reason = next((str(found) for found in reversed(matrices) if isinstance(found, FallError)), "")
+        raise FallError(f"no two steps of the difference sweep come back: {reason}")
+    sweep = tuple(zip(taken, distances, strict=False))
+    return Differences(frozen(matrix), taken[best + 1], distances[best], sweep)
+
+
+def _swept(
+    differences: Callable[[float], Matrix | FallError], steps: Sequence[float]
+) -> tuple[list[Matrix | FallError], list[float]]:
+    """Return the matrices of a sweep up to where it settles, and the distances of neighbours."""
+    matrices, distances = list[Matrix | FallError](), list[float]()
+    for step in steps:
+        matrices.append(differences(step))
         distances.extend(_distance(*pair) for pair in itertools.pairwise(matrices[-2:]))
         if _settled(matrices[-1], distances):
             break
-    best = int(np.argmin(distances))
-    matrix = matrices[best + 1]
-    if matrix is None or not np.isfinite(distances[best]):
-        raise FallError(f"no two steps of the difference sweep come back: {reason}")
-    sweep = tuple(zip(ordered, distances, strict=False))
-    return Differences(frozen(matrix), ordered[best + 1], distances[best], sweep)
+    return matrices, distances
 
 
-def _settled(newest: Matrix | None, distances: Sequence[float]) -> bool:
+def _useless(
+    differences: Callable[[float], Matrix | FallError],
+    images: Callable[[NodeValues], NodeValues],
+    state: Vector,
+    steps: Sequence[float],
+) -> bool:
+    """Whether the sweep comes to the same without its first step, as one column of that shows: a third of the walks.
+
+    The column is a lower bound of the distance of the first two matrices. Where the next distance is below it the first
+    step is not chosen, and the sweep neither ends with it nor because distances grow.
+    """
+    second = differences(steps[1])
+    if len(steps) < 3 or isinstance(second, FallError):
+        return False
+    place = int(np.argmax(np.linalg.norm(second, axis=0)))
+    try:
+        column = _column(images, state, steps[0], np.eye(state.size)[place])
+    except FallError:
+        return False
+    apart = float(np.linalg.norm(column - second[:, place]))
+    return apart > GOOD_ENOUGH * float(np.linalg.norm(second, 2)) and _distance(second, differences(steps[2])) <= apart
+
+
+def _settled(newest: Matrix | FallError, distances: Sequence[float]) -> bool:
     """Whether the sweep has come to its end: agreement, or distances that grow."""
-    if newest is None or not distances:
+    if isinstance(newest, FallError) or not distances:
         return False
     grows = len(distances) > 1 and distances[-2] < distances[-1] < np.inf
     return grows or distances[-1] <= GOOD_ENOUGH * float(np.linalg.norm(newest, 2))
@@ -221,15 +257,19 @@ def _central(
 ) -> Matrix:
     columns: list[Vector] = []
     for direction in np.eye(state.size):
-        ahead, behind, far_ahead, far_behind = images(state + step * np.outer((1.0, -1.0, 2.0, -2.0), direction))
-        columns.append((8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step))
+        columns.append(_column(images, state, step, direction))
         if progress is not None:
             what = f"differences, step {step:g}, state"
             progress(ProgressReport(what=what, done=len(columns), of=state.size))
     return np.column_stack(columns)
 
 
-def _distance(first: Matrix | None, second: Matrix | None) -> float:
-    if first is None or second is None:
+def _column(images: Callable[[NodeValues], NodeValues], state: Vector, step: float, direction: Vector) -> Vector:
+    ahead, behind, far_ahead, far_behind = images(state + step * np.outer((1.0, -1.0, 2.0, -2.0), direction))
+    return np.asarray((8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step))
+
+
+def _distance(first: Matrix | FallError, second: Matrix | FallError) -> float:
+    if isinstance(first, FallError) or isinstance(second, FallError):
         return float("inf")
     return float(np.linalg.norm(first - second, 2))
