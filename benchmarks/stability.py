@@ -1,4 +1,4 @@
-"""The return map's derivative, stabilisation of the optimised gait to a spectral radius below one, and its certificate."""
+"""The return map's derivative, stabilisation of the optimised gait below a spectral radius of one, its certificate."""
 
 from __future__ import annotations
 
