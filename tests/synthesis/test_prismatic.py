@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +12,12 @@ import numpy as np
 import pytest
 
 import amble
+from amble.codegen import compiler
 from amble.errors import InputError
+from amble.export import export_controller
 from amble.gait import Gait
 from amble.gait.files import load_gait, save_gait, to_dict
+from amble.gait.impedance import Impedance
 from amble.gait.motion_files import read_motion, recorded_gait, write_motion
 from amble.robot import Robot
 from amble.synthesis import gait_problem, synthesize
@@ -127,7 +132,8 @@ def test_a_motion_comes_back_equal(suffix: str, gait: Gait, tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_a_walk_on_telescopic_legs_is_certified_and_goes_on() -> None:
+def test_a_walk_on_telescopic_legs_is_certified_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("AMBLE_COMPILER")
     found = synthesize(gait_problem(telescopic(), "walk", speed=0.2, intervals=12))
     assert amble.check(found).passed
     stable = amble.stabilize(found)
@@ -136,3 +142,14 @@ def test_a_walk_on_telescopic_legs_is_certified_and_goes_on() -> None:
     assert certificate.radius < 0.95
     trace = amble.simulate(stable, certificate.state, 500)
     assert trace.completed, trace.ended
+    for number, control in enumerate((stable.control, Impedance())):
+        walking = replace(stable, control=control)
+        written = export_controller(walking, None, tmp_path / str(number))
+        tool = compiler()
+        assert tool is not None
+        names = [path.name for path in (*written.sources, written.folder / "replay.c")]
+        subprocess.run([tool.path, "-std=c99", "-O0", "-o", "replay", *names, "-lm"], cwd=written.folder, check=True)
+        done = subprocess.run(
+            ["./replay", "test_vectors.txt"], cwd=written.folder, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr  # stances that lift-offs end were played beyond their end

@@ -180,6 +180,8 @@ def vectors(
 ) -> tuple[float, list[str]]:
     """Return the largest torque of the references, and a line a call: stance, commands, clock, angles, rates, answer.
 
+    Clocks go on beyond the curves, but where the controller ends a stance itself before that.
+
     Args:
         gait: the gait.
         table: of a law by its place, at a clock in s.
@@ -191,7 +193,8 @@ def vectors(
         last = table(entry.law, math.inf)
         t, p = ca.SX.sym("t"), ca.SX.sym("p", last.packed.size)
         function = ca.Function("references", [t, p], list(references(p, joints, t)))
-        for clock in map(float, np.linspace(0.0, 1.02 * last.hold, A_STANCE)):
+        latest = 0.98 * (control_of(gait).lift_offs or (0.0, math.inf))[1] if entry.lifts else math.inf
+        for clock in map(float, np.linspace(0.0, min(1.02 * last.hold, latest * last.duration), A_STANCE)):
             here = table(entry.law, clock)
             answer = [np.asarray(part).ravel() for part in function(clock, here.packed)]
             answer += [here.stiffness, here.damping]

@@ -28,6 +28,11 @@ class ExportedStance:
     before: tuple[str, ...]
     after: tuple[str, ...]
 
+    @property
+    def lifts(self) -> bool:
+        """Whether the stance ends as feet leave and none lands: it does so where they are up, too."""
+        return set(self.after) <= set(self.stance.feet)
+
 
 def exported_stances(gait: Gait) -> list[ExportedStance]:
     """Return all stances in the order of their numbers in C, which is that of ``GaitPattern.visited``."""
