@@ -37,7 +37,7 @@ def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def solved(robot: Robot, intervals: int = 2) -> Gait:
     speed = 0.15 * np.sqrt(robot.gravity * robot.leg_length)
-    return synthesize(gait_problem(robot, "trot", speed=speed, intervals=intervals))
+    return synthesize(gait_problem(robot, "pronk", speed=speed, intervals=intervals))
 
 
 @pytest.fixture(scope="module")
@@ -49,10 +49,12 @@ def gait() -> Gait:
 
 def test_forces_cost_what_they_would_at_the_leg_length(gait: Gait, tmp_path: Path) -> None:
     """The mean of the squares by the scheme's own quadrature, Simpson's rule; a file in N and m comes back equal."""
-    robot, (motion,) = gait.robot, gait.domains
-    squares = np.sum((motion.torques * np.where(np.isin(range(12), SLIDES), robot.leg_length, 1.0)) ** 2, axis=1)
-    assert np.array([1.0, 4.0, 2.0, 4.0, 1.0]) @ squares / 12.0 == pytest.approx(gait.solver.objective, rel=1e-9)
-    assert np.abs(motion.torques[:, SLIDES]).max() > 0.2 * robot.mass * robot.gravity  # two feet carry the robot
+    robot, simpson = gait.robot, np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
+    arms = np.where(np.isin(range(12), SLIDES), robot.leg_length, 1.0)
+    work = sum(part.duration * simpson @ np.sum((part.torques * arms) ** 2, axis=1) for part in gait.domains)
+    assert work / sum(part.duration for part in gait.domains) == pytest.approx(gait.solver.objective, rel=1e-9)
+    most = max(np.abs(part.torques[:, SLIDES]).max() for part in gait.domains)
+    assert most > 0.2 * robot.mass * robot.gravity  # the legs carry the robot
     assert gait.limits.accelerations(robot)["fl_slide"] == pytest.approx(18.0 * robot.gravity)
     assert "largest force of a joint" in gait._repr_html_()
     save_gait(gait, tmp_path / "gait.json")
@@ -68,15 +70,14 @@ def test_forces_cost_what_they_would_at_the_leg_length(gait: Gait, tmp_path: Pat
 
 @pytest.mark.slow
 def test_similar_robots_walk_alike(gait: Gait) -> None:
-    """Every digit where factors are powers of two, the optimum where they are not."""
+    """Every digit where factors are powers of two; close to that where they are not."""
     unit = (gait.robot.mass * gait.robot.gravity * gait.robot.leg_length) ** 2
     for length, mass, exact in ((4.0**-3, 2.0**-13, True), (4.0**2, 2.0**7, True), (2.7, 31.0, False)):
         other = solved(similar_robot(gait.robot, mass, length))
         found = other.solver.objective / (other.robot.mass * other.robot.gravity * other.robot.leg_length) ** 2
         assert found == pytest.approx(gait.solver.objective / unit, rel=0.0 if exact else 1e-8)
-        if exact:
-            assert other.solver.iterations == gait.solver.iterations
-            assert other.solver.violation == gait.solver.violation
+        assert abs(other.solver.iterations - gait.solver.iterations) <= (0 if exact else 2)
+        assert not exact or other.solver.violation == gait.solver.violation
 
 
 def specified(limits: dict[str, Any], folder: Path, robot: dict[str, Any] | None = None) -> Any:
