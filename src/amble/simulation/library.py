@@ -36,12 +36,18 @@ def load(name: str) -> ctypes.PyDLL | None:
     """
     if interface() is None:
         return None
-    source = Path(__file__).with_name(f"{name}.c")
     try:
-        path = built(source, FLAGS, (source.with_name("callee.h"),))
+        path = built(*_files(name))
         return None if path is None else _load(path)
     except OSError:  # a full disk or a folder that may not hold libraries: Python does the work
         return None
+
+
+@functools.cache
+def _files(name: str) -> tuple[Path, tuple[str, ...], tuple[Path, ...]]:
+    """What a library is built from; asked for at every call of one."""
+    source = Path(__file__).with_name(f"{name}.c")
+    return source, FLAGS, (source.with_name("callee.h"),)
 
 
 @functools.cache

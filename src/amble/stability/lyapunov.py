@@ -35,6 +35,8 @@ from amble.numerics.blas import addresses
 from amble.residual import Residual
 from amble.types import Json, Matrix, frozen
 
+SOURCE = Path(__file__).with_suffix(".c")
+
 DOUBLINGS = 60
 """Terms of (1) up to k = 2^60: whatever converges in floating point at all."""
 
@@ -117,13 +119,15 @@ def _newton_step(metric: Matrix, dual: Matrix, trace: float) -> float:
 
 def _accumulated_both(matrix: Matrix) -> tuple[Matrix, Matrix]:
     """Return W = sum_k (B^k)^T B^k and P = sum_k B^k (B^k)^T, as ``accumulated`` does; infinite where they diverge."""
-    library = numerical(Path(__file__).with_suffix(".c"))
+    library = numerical(SOURCE)
     if library is None:
         return accumulated(matrix), accumulated(matrix.T)
-    power, (metric, dual) = np.array(matrix, dtype=np.float64, order="F"), np.empty((2, *matrix.shape))
-    places = (array.ctypes.data_as(ctypes.c_void_p) for array in (power, metric, dual, np.empty((2, *matrix.shape))))
-    power_at, *others = places
-    if not library.amble_accumulated(_gemm(), len(matrix), power_at, DOUBLINGS, ctypes.c_double(DIVERGED), *others):
+    found, power = np.empty((4, *matrix.shape)), np.array(matrix, dtype=np.float64, order="F")
+    metric, dual = found[:2]
+    first, size = found.ctypes.data, power.nbytes
+    places = (ctypes.c_void_p(first + k * size) for k in range(3))
+    start = ctypes.c_void_p(power.ctypes.data)
+    if not library.amble_accumulated(_gemm(), len(matrix), start, DOUBLINGS, ctypes.c_double(DIVERGED), *places):
         return np.full_like(metric, np.inf), np.full_like(metric, np.inf)
     return 0.5 * (metric + metric.T), 0.5 * (dual + dual.T)
 
