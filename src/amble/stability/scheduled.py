@@ -33,8 +33,8 @@ DEPTH = 5
 SHARES = tuple(2.0 ** (-0.5 * k) for k in range(27))
 """Changes of the command a step that are tried, descending, as shares of the range."""
 
-MARGIN = 0.5
-"""Share of a change that was walked which commands may use."""
+MARGIN = 2.0**-0.5
+"""Share of a change that was walked which commands may use: that of one change less of those tried."""
 
 MOST_BETWEEN = 100
 
