@@ -169,4 +169,4 @@ def _ends(packed: Vector, joints: int) -> list[float]:
     """Ends of pieces, of the last of them, and where all stands still, s."""
     ends, _, _, places, _ = unpacked(packed, joints)
     begins = places[0, 1:]
-    return [*map(float, begins[begins < FAR]), *map(float, ends)]
+    return [*map(float, begins[begins < 0.5 * FAR]), *map(float, ends)]  # sums of weights round

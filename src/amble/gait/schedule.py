@@ -139,5 +139,5 @@ def _numbers(packed: Vector, joints: int) -> Numbers:
     """The numbers of a stance, with the clocks at which they are not smooth."""
     ends, _, _, places, _ = unpacked(packed, joints)
     begins = places[0, 1:]
-    clocks = sorted({*map(float, begins[begins < FAR]), *map(float, ends)})
+    clocks = sorted({*map(float, begins[begins < 0.5 * FAR]), *map(float, ends)})
     return Numbers(parameters=frozen(packed), breakpoints=tuple(clocks))
