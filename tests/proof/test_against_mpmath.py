@@ -42,6 +42,7 @@ CASES: dict[int, Case] = {
     ca.OP_CONSTPOW: (mpmath.power, (POSITIVE, (-4.0, 4.0))),
     ca.OP_TANH: (mpmath.tanh, (ANY,)),
     ca.OP_FABS: (abs, (POSITIVE,)),
+    ca.OP_SIGN: (mpmath.sign, (POSITIVE,)),
     ca.OP_LT: (lambda a, b: mpmath.mpf(a < b), ((-30.0, -1.0), (1.0, 30.0))),
     ca.OP_LE: (lambda a, b: mpmath.mpf(a <= b), ((1.0, 30.0), (-30.0, -1.0))),
     ca.OP_NOT: (lambda a: mpmath.mpf(a == 0), (POSITIVE,)),

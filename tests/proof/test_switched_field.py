@@ -75,7 +75,7 @@ def test_a_motion_through_all_stretches_is_that_in_closed_form() -> None:
         slope = (exact(arb(RATE) + step)[1] - exact(arb(RATE) - step)[1]) / (2 * step)
         assert found.derivative[1, 1].overlaps(slope + arb(0, 1e-22))
         assert float(found.derivative[1, 1].rad()) < 1e-9
-        glided = sliding().point([arb(0), arb(RATE)])
+        glided = sliding().point([arb(0), arb(RATE)], [float(clock)])
         assert abs(float(glided[1] - rate)) < 1e-18
 
 

@@ -10,10 +10,14 @@ from amble.proof.arithmetic import horner
 from amble.proof.errors import ProofError
 from amble.proof.leg import Leg
 from amble.proof.step import MOST_STEPS, Field
+from amble.proof.tape import NOT_ENCLOSED
 
 NEWTON_STEPS = 20
 CAUTION = 0.5
 """Share of the length at which a last term would be the tolerance."""
+LONGEST = 1 / 16
+"""Share of the time known to be spent in a domain that a step takes at most. A motion that is a polynomial, as
+a flight, has no last terms: a step over all of it would end behind the guard without having been before it."""
 
 
 def wished_length(field: Field, clock: arb, centre: Sequence[arb], order: int, tolerance: float) -> arb:
@@ -35,7 +39,9 @@ def crossing(leg: Leg, clock: arb, polynomial: Sequence[Sequence[arb]], start: a
     return None
 
 
-def passed(leg: Leg, start: Sequence[arb], order: int, tolerance: float, most: int = MOST_STEPS) -> list[arb]:
+def passed(
+    leg: Leg, start: Sequence[arb], order: int, tolerance: float, duration: float, most: int = MOST_STEPS
+) -> list[arb]:
     """Return where a point enters the next domain.
 
     Args:
@@ -43,16 +49,17 @@ def passed(leg: Leg, start: Sequence[arb], order: int, tolerance: float, most: i
         start: the point, exact.
         order: of the Taylor polynomials.
         tolerance: of their last terms.
+        duration: about the time that it spends in the domain, s.
         most: steps.
 
     Raises:
-        ProofError: it does not reach the guard.
+        ProofError: it does not reach the guard, or has no Taylor series on the way.
     """
-    clock, state = arb(0), list(start)
+    clock, state, longest = arb(0), list(start), arb(LONGEST * duration)
     below = _below(leg, clock, state)
     for _ in range(most):
-        polynomial = leg.field.polynomial(clock, state, order)
-        length = leg.cut(clock, _length(polynomial, tolerance))
+        polynomial = _expanded(leg, clock, state, order)
+        length = leg.cut(clock, min(longest, _length(polynomial, tolerance)))
         after = _at(polynomial, length)
         still = _below(leg, clock + length, after)
         if below and not still and not clock + length <= arb(leg.exit.dead_time):
@@ -62,6 +69,21 @@ def passed(leg: Leg, start: Sequence[arb], order: int, tolerance: float, most: i
                 return [value.mid() for value in image]
         clock, state, below = (clock + length).mid(), after, still
     raise ProofError(f"{most} steps were not enough {leg.place(clock)}")
+
+
+def _expanded(leg: Leg, clock: arb, state: Sequence[arb], order: int) -> list[list[arb]]:
+    """Return the coefficients of the motion from a point.
+
+    Raises:
+        ProofError: a switch cannot be decided there, or they are no numbers.
+    """
+    try:
+        found = leg.field.polynomial(clock, state, order)
+    except NOT_ENCLOSED as error:
+        raise ProofError(f"{error} {leg.place(clock)}") from None
+    if not all(value.is_finite() for row in found for value in row):
+        raise ProofError(f"the motion has no Taylor series {leg.place(clock)}")
+    return found
 
 
 def _below(leg: Leg, clock: arb, state: Sequence[arb]) -> bool:

@@ -31,6 +31,10 @@ from amble.stability.monodromy import monodromy
 from amble.types import Matrix, Vector
 
 REFINEMENTS = 6
+NOT_ALONE = (
+    "the derivative of P(x) - x is singular: fixed points come in families, as along a translation that is not "
+    "declared as a symmetry, or a state that never changes"
+)
 Lengths: TypeAlias = Sequence[Sequence[arb]]
 """Of the steps in every domain."""
 
@@ -85,16 +89,19 @@ def refined(prepared: ReturnMap, guess: Vector, goal: float, progress: Progress 
         progress: called after every evaluation.
 
     Raises:
-        ProofError: the motion from a point on the way does not return.
+        ProofError: the motion from a point on the way does not return, or the fixed point is not alone.
     """
     system = prepared.system
-    along = translations(system, guess)
-    matrix = bordered(exact_matrix(monodromy(system, guess).matrix), along).mid()
+    along, known = translations(system, guess), monodromy(system, guess)
+    matrix = bordered(exact_matrix(known.matrix), along).mid()
     centre = [arb(float(value)) for value in guess]
     best, smallest = centre, np.inf
     for number in range(REFINEMENTS):
-        image = prepared.point(centre)
-        correction = matrix.solve(_residual(image, centre, along)[0]).entries()[: len(centre)]
+        missed = _residual(prepared.point(centre, known.durations), centre, along)[0]
+        try:
+            correction = matrix.solve(missed).entries()[: len(centre)]
+        except ZeroDivisionError:
+            raise ProofError(NOT_ALONE) from None
         size = float(largest(value.mid() for value in correction))
         if progress is not None:
             progress(ProgressReport(what="point of high precision", done=number + 1, quantity="step", value=size))

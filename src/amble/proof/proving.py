@@ -70,11 +70,15 @@ def prove(
         progress: called after every pass through the cycle.
 
     Raises:
-        InputError: the system holds compiled code, symmetries that are no translations, or simultaneous guards.
+        InputError: the system holds compiled code, symmetries that are no translations, or simultaneous guards; or the
+            guess is of another size.
         ProofError: existence could not be proved, and why.
     """
     chosen = settings or Settings()
-    start = fixed_point(system, np.asarray(guess, dtype=np.float64), progress=progress).state
+    near = np.asarray(guess, dtype=np.float64)
+    if near.shape != (system.state_size,):
+        raise InputError(f"a guess of shape {near.shape} for a system of {system.state_size} states")
+    start = fixed_point(system, near, progress=progress).state
     with working_precision(chosen.bits):
         return _prove(ReturnMap.of(system, chosen.order, chosen.tolerance), start, chosen, progress)
 

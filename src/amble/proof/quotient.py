@@ -6,6 +6,7 @@ quotient (docs/theory/proof.md, section 5). At a fixed point the same holds of (
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,14 +32,17 @@ def translations(system: HybridSystem, state: Vector) -> Matrix:
     """Return the symmetries of a system as columns, (n_x, n_symmetries).
 
     Raises:
-        InputError: one of them is no translation.
+        InputError: one of them is no translation, or they take every state to every other.
     """
     for symmetry in system.symmetries:
         if symmetry.generator.jac_sparsity(0, 0).nnz():
             raise InputError(f"symmetry '{symmetry.name}' is no translation: no proof modulo it; leave it out")
     if system.invariants:
         raise InputError("a system with conserved quantities has families of orbits: no proof of one")
-    return generators(system, state)
+    found = generators(system, state)
+    if found.shape[1] == system.state_size:
+        raise InputError("the symmetries translate every state: nothing is left of which stability could be proved")
+    return found
 
 
 def quotient(derivative: arb_mat, along: Matrix, turns: Sequence[Sequence[arb]] = ()) -> arb_mat:
@@ -134,7 +138,9 @@ def contraction(matrix: arb_mat) -> tuple[Matrix, float]:
 
 def lyapunov(matrix: Matrix, rate: float) -> Matrix:
     """Return W with W - (A/r)^T W (A/r) = 1, symmetric."""
-    weight = scipy.linalg.solve_discrete_lyapunov((matrix / rate).T, np.eye(len(matrix)))
+    with warnings.catch_warnings():  # close to rate 1 it is ill-conditioned; what is proved with it is another matter
+        warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)
+        weight = scipy.linalg.solve_discrete_lyapunov((matrix / rate).T, np.eye(len(matrix)))
     return np.asarray(0.5 * (weight + weight.T))
 
 

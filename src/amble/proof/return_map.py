@@ -71,15 +71,19 @@ class ReturnMap:
             here = arc.after
         return Enclosure(tuple(arcs), here.middle(), here.hull(), here.derivative())
 
-    def point(self, start: Sequence[arb]) -> list[arb]:
+    def point(self, start: Sequence[arb], durations: Sequence[float]) -> list[arb]:
         """Return the image of a point close to what it is, not enclosed.
+
+        Args:
+            start: the point, exact.
+            durations: about the time that it spends in every domain, s.
 
         Raises:
             ProofError: the motion does not get through.
         """
         state = list(start)
-        for leg in self.legs:
-            state = passed(leg, state, self.order, self.tolerance)
+        for leg, duration in zip(self.legs, durations, strict=True):
+            state = passed(leg, state, self.order, self.tolerance, duration)
         return state
 
 

@@ -60,6 +60,10 @@ def _size(a: Value) -> Value:
     return a if _decided(_leading(a) >= 0, _leading(a) <= 0, "absolute value") else -a
 
 
+def _sign(a: Value) -> Value:
+    return arb(1 if _decided(_leading(a) > 0, _leading(a) < 0, "sign") else -1)
+
+
 def _opposite(a: Value) -> Value:
     return arb(int(_decided(_leading(a) == 0, _leading(a) != 0, "not")))
 
@@ -114,6 +118,7 @@ OPERATIONS: dict[int, Callable[..., Value]] = {
     ca.OP_CONSTPOW: _power,
     ca.OP_TANH: lambda a: 1 - 2 / ((a + a).exp() + 1),
     ca.OP_FABS: _size,
+    ca.OP_SIGN: _sign,
     ca.OP_LT: _less,
     ca.OP_LE: _less_or_equal,
     ca.OP_NOT: _opposite,
@@ -197,7 +202,7 @@ def record(function: ca.Function) -> Tape:
         elif kind in OPERATIONS:
             steps.append((kind, count, tuple(current[number] for number in operands)))
         else:
-            raise InputError(f"function '{function.name()}' holds an operation that cannot be enclosed (code {kind})")
+            raise InputError(f"function '{function.name()}' holds {_named(kind)}, an operation that cannot be enclosed")
         current[into[0]] = count
         count += 1
     return Tape(tuple(steps), tuple(constants), tuple(inputs), tuple(map(tuple, outputs)), count)
@@ -210,6 +215,11 @@ def expression(function: ca.Function, symbols: Sequence[ca.SX]) -> ca.SX:
         InputError: it calls compiled code.
     """
     return ca.densify(_expanded(function).call(list(symbols))[0])
+
+
+def _named(kind: int) -> str:
+    """Return the name that casadi has for an operation."""
+    return next((name[3:].lower() for name, code in vars(ca).items() if name.startswith("OP_") and code == kind), "?")
 
 
 def _expanded(function: ca.Function) -> ca.Function:
