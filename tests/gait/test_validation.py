@@ -62,6 +62,14 @@ REFUSED: dict[str, tuple[Callable[[Gait], object], str]] = {
         ),
         "has 1 nodes",
     ),
+    "no node": (
+        lambda g: with_first(
+            g,
+            times=first(g).times[:0],
+            **{n: getattr(first(g), n)[:0] for n in ("positions", "velocities", "accelerations", "torques", "forces")},
+        ),
+        "has 0 nodes",
+    ),
     "fewer nodes": (lambda g: with_first(g, torques=first(g).torques[:-2]), "its torques have the shape 5 x 12"),
     "NaN": (lambda g: with_first(g, positions=first(g).positions * np.nan), "positions hold a number that is not"),
     "too large": (lambda g: with_first(g, forces=1e100 * first(g).forces), "forces hold a number above 1e\\+12"),

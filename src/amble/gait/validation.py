@@ -41,6 +41,7 @@ def check_trajectory(domain: DomainTrajectory) -> None:
         _bounded(place, field, values)
     for field in ("coefficients", "times", "impulse"):
         _bounded(place, field, getattr(domain, field))
+    _intervals(place, domain)
     _clock(place, domain.times, domain.duration)
     _mesh(place, domain)
 
@@ -107,14 +108,19 @@ def _clock(place: str, times: Vector, duration: float) -> None:
         raise InputError(f"{place} lasts {duration:g} s, but its clock runs from {times[0]:g} to {times[-1]:g} s")
 
 
-def _mesh(place: str, domain: DomainTrajectory) -> None:
-    """Refuse nodes that are not those of whole intervals; where they are is left open for motions from elsewhere."""
+def _intervals(place: str, domain: DomainTrajectory) -> None:
+    """Refuse nodes that are not those of whole intervals."""
     scheme, nodes = collocation_scheme(domain.scheme), len(domain.times)
     inner = scheme.stages - 1
     if nodes <= inner or nodes % inner != 1:
         raise InputError(
             f"{place} has {nodes} nodes; scheme '{scheme.name}' has one and {inner} more for every interval"
         )
+
+
+def _mesh(place: str, domain: DomainTrajectory) -> None:
+    """Refuse nodes that are not where the scheme has them; those of motions from elsewhere may be anywhere."""
+    scheme = collocation_scheme(domain.scheme)
     if domain.scheme == HERMITE_SIMPSON:
         return  # the curves between the nodes take them as they are
     missed = np.abs(domain.times / domain.duration - node_positions(scheme, domain.intervals)).max()
