@@ -9,15 +9,13 @@ command, ``Schedule.leads``, make up for what the robot would lag behind its orb
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from amble.control import AllocationLaw
-from amble.errors import InputError
 from amble.gait.control_law import Numbers
 from amble.gait.impedance import HOLD, PackedImpedance, unpacked
 from amble.gait.landing_stances import landings
@@ -32,41 +30,18 @@ SHARES = 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RampedImpedance(PackedImpedance):
+class RampedImpedance(InterpolatedImpedance):
     """The law of a step that goes over from one command to another.
 
     Attributes:
         entries: of every solved stance: shares at its begin and end, numbers of the first law, of the second.
         between: the same of every stance between two landings, by its name; there the share stays.
-        lift_offs: those of the gaits' laws.
     """
-
-    units: ClassVar[Mapping[str, str]] = {}
-
-    entries: tuple[Numbers, ...]
-    between: Mapping[str, Numbers]
-    lift_offs: tuple[float, float] | None
 
     @property
     def name(self) -> str:
         """Name in messages."""
         return "ramped impedance"
-
-    def numbers(self, gait: Gait, allocation: AllocationLaw | None) -> tuple[Numbers, ...]:
-        """Return its numbers; the feed-forward is theirs."""
-        del gait
-        if allocation is not None:
-            raise InputError("the interpolated law has the feed-forward of its gaits; it takes no allocation law")
-        return self.entries
-
-    def packed(self, gait: Gait, domain: str) -> Vector:
-        """Return the parameters of a solved stance."""
-        return self.entries[[stance.name for stance in gait.pattern.solved].index(domain)].parameters
-
-    def landing_numbers(self, gait: Gait, allocation: AllocationLaw | None) -> Mapping[str, Numbers]:
-        """Return those between landings."""
-        del gait, allocation
-        return self.between
 
     def planned(self, gait: Gait, stance: Stance, p: ca.MX) -> ca.MX:
         """Read the plan: the duration at which the share is that of the stance's end."""
